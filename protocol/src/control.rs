@@ -1,0 +1,313 @@
+//! The control channel: length-prefixed JSON over the instance's unix socket.
+//!
+//! A frame is a `u32`, little endian, the number of bytes that follow (at most
+//! [`MAX_CONTROL_MESSAGE`](crate::limits::MAX_CONTROL_MESSAGE)), then one JSON value. A client sends [`Request`]s, the first
+//! one [`Request::Hello`]; each is answered in turn by zero or more [`Reply::Progress`] and one other [`Reply`].
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+use serde::{Deserialize, Serialize};
+
+use crate::{Effects, WireError};
+
+/// What a client may ask for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "request", rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum Request {
+    /// The first message of a connection.
+    Hello {
+        /// Oldest protocol version that the client understands.
+        protocol_min: u32,
+        /// Newest protocol version that the client understands.
+        protocol_max: u32,
+        /// The client's iceoryx2 version.
+        iceoryx2: String,
+        /// What the client calls itself; shown by `status`.
+        client: String,
+    },
+    /// Load an object from a mesh file (OBJ, STL, PLY or OFF, told by its ending) that the daemon can read.
+    Load {
+        /// Where the object goes.
+        target: Target,
+        /// Absolute path of the mesh file.
+        path: String,
+    },
+    /// Announce a mesh in the client's memory. Answered by [`Reply::UploadReady`].
+    BeginUpload {
+        /// Where the object goes.
+        target: Target,
+        /// How much will come.
+        size: UploadSize,
+    },
+    /// All parts of an upload were sent: build the object.
+    FinishUpload {
+        /// The number from [`Reply::UploadReady`].
+        upload: u32,
+    },
+    /// List the objects of one database, or of all.
+    List {
+        /// The database; `None` lists all.
+        database: Option<String>,
+    },
+    /// Remove an object. Refused while bodies use it.
+    Unload {
+        /// The database.
+        database: String,
+        /// The object.
+        object: String,
+    },
+    /// What the daemon is doing.
+    Status,
+    /// Create a scene, owned by this connection and dropped with it.
+    CreateScene {
+        /// Shown by `status`.
+        name: String,
+        /// Effects of every pair without a rule of its own.
+        effects: Effects,
+    },
+    /// Place objects in a scene. All are added, or none.
+    AddBodies {
+        /// The scene.
+        scene: u32,
+        /// What to add.
+        bodies: Vec<BodySpec>,
+    },
+    /// Take bodies out of a scene. All are removed, or none. Their ids are never used again in that scene.
+    RemoveBodies {
+        /// The scene.
+        scene: u32,
+        /// Their ids.
+        bodies: Vec<u32>,
+    },
+    /// Change the effects of every pair without a rule of its own.
+    SetEffects {
+        /// The scene.
+        scene: u32,
+        /// The new effects.
+        effects: Effects,
+    },
+    /// Change entries of the collision interest matrix. All are set, or none.
+    SetInterest {
+        /// The scene.
+        scene: u32,
+        /// The entries.
+        rules: Vec<InterestRule>,
+    },
+    /// End a scene.
+    DropScene {
+        /// The scene.
+        scene: u32,
+    },
+}
+
+/// Where a loaded or uploaded object goes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    /// The database; made when it does not exist.
+    pub database: String,
+    /// The object's name there.
+    pub object: String,
+    /// Order M of the voxel matrix; `None` lets the daemon choose from the polygons.
+    pub order: Option<u32>,
+    /// Whether an object of that name is replaced. Running steps see the old object or the new one, never half.
+    pub replace: bool,
+}
+
+/// How much an upload brings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UploadSize {
+    /// Number of vertices.
+    pub vertices: u64,
+    /// Number of polygons.
+    pub polygons: u64,
+    /// Number of polygon corners, summed over the polygons.
+    pub corners: u64,
+}
+
+/// A body to add.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodySpec {
+    /// Its name, unique among the scene's bodies.
+    pub name: String,
+    /// The database of its object.
+    pub database: String,
+    /// Its object.
+    pub object: String,
+    /// Pairs within a group are ignored.
+    pub group: Option<String>,
+}
+
+/// One entry of the collision interest matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InterestRule {
+    /// One body.
+    pub a: u32,
+    /// The other body.
+    pub b: u32,
+    /// What to compute for the pair.
+    pub interest: Interest,
+}
+
+/// What a scene wants to know of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Interest {
+    /// The scene's effects, or nothing within a group: as if no rule had been given.
+    Default,
+    /// Nothing.
+    Ignore,
+    /// These effects instead of the scene's, also within a group.
+    Effects(Effects),
+}
+
+/// What the daemon answers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "reply", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Reply {
+    /// To [`Request::Hello`].
+    Hello {
+        /// The protocol version both sides will use.
+        protocol: u32,
+        /// The daemon's epoch.
+        epoch: String,
+    },
+    /// Something is done, and there is nothing to say of it.
+    Done,
+    /// A long request is under way.
+    Progress {
+        /// What is being done: `read`, `build`.
+        stage: String,
+        /// Done so far, in the stage's own unit.
+        done: u64,
+        /// When `done` reaches this the stage ends; 0 when not known.
+        total: u64,
+    },
+    /// To [`Request::Load`] and [`Request::FinishUpload`].
+    Object(ObjectInfo),
+    /// To [`Request::BeginUpload`].
+    UploadReady {
+        /// Names the service (see [`crate::names::upload_service`]) and the upload.
+        upload: u32,
+    },
+    /// To [`Request::List`].
+    Objects {
+        /// Ordered by database, then object.
+        objects: Vec<ObjectInfo>,
+    },
+    /// To [`Request::Status`].
+    Status(Status),
+    /// To [`Request::CreateScene`].
+    SceneCreated {
+        /// Names the services (see [`crate::names`]) and the scene.
+        scene: u32,
+    },
+    /// To [`Request::AddBodies`].
+    BodiesAdded {
+        /// Their ids, in the order asked.
+        ids: Vec<u32>,
+    },
+    /// The request failed; nothing was changed.
+    Error(WireError),
+}
+
+/// What is known of an object.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ObjectInfo {
+    /// Its database.
+    pub database: String,
+    /// Its name.
+    pub object: String,
+    /// Number of vertices.
+    pub vertices: u64,
+    /// Number of polygons.
+    pub polygons: u64,
+    /// Number of triangles that the polygons were cut into.
+    pub triangles: u64,
+    /// Order M of its voxel matrix.
+    pub order: u32,
+    /// Voxels that hold at least one polygon.
+    pub occupied_voxels: u64,
+    /// Memory held, in bytes.
+    pub memory: u64,
+    /// Container: smallest corner, then largest, in the object's frame; `None` for an empty object.
+    pub container: Option<[[f64; 3]; 2]>,
+    /// How many times the object was replaced.
+    pub revision: u64,
+    /// Bodies of living scenes that use it.
+    pub bodies: u64,
+}
+
+/// What the daemon is doing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// The daemon's version.
+    pub version: String,
+    /// Its process id.
+    pub pid: u32,
+    /// Its epoch.
+    pub epoch: String,
+    /// Seconds since it started.
+    pub uptime_seconds: f64,
+    /// Worker threads.
+    pub threads: u32,
+    /// Objects, over all databases.
+    pub objects: u64,
+    /// Memory held by objects, in bytes.
+    pub object_memory: u64,
+    /// Connected clients.
+    pub clients: Vec<ClientStatus>,
+    /// Living scenes.
+    pub scenes: Vec<SceneStatus>,
+}
+
+/// A connected client.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ClientStatus {
+    /// What it calls itself.
+    pub name: String,
+    /// Its process id, as the kernel gives it.
+    pub pid: i32,
+}
+
+/// A living scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneStatus {
+    /// Its id.
+    pub scene: u32,
+    /// Its name.
+    pub name: String,
+    /// Process id of the client that owns it.
+    pub owner: i32,
+    /// Living bodies.
+    pub bodies: u64,
+    /// Steps answered.
+    pub steps: u64,
+}
+
+/// [`UploadHeader::kind`]: vertices, three f64 (as words) each.
+pub const UPLOAD_VERTICES: u32 = 0;
+/// [`UploadHeader::kind`]: number of corners of each polygon, one word each.
+pub const UPLOAD_CORNER_COUNTS: u32 = 1;
+/// [`UploadHeader::kind`]: vertex index of each corner, polygon after polygon, one word each.
+pub const UPLOAD_CORNERS: u32 = 2;
+
+/// The user header of one part of an upload, and of its acknowledgement. Parts of a kind come in order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("collided.UploadHeader")]
+pub struct UploadHeader {
+    /// [`crate::PROTOCOL_VERSION`] of the sender.
+    pub protocol: u32,
+    /// `UPLOAD_VERTICES`, `UPLOAD_CORNER_COUNTS` or `UPLOAD_CORNERS`.
+    pub kind: u32,
+    /// Words of this kind that came before.
+    pub first_word: u64,
+}
+
+const _: () = assert!(size_of::<UploadHeader>() == 16);
