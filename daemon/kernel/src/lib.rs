@@ -1,1 +1,59 @@
-//! Under construction.
+//! The geometry of `collided`: objects, voxel matrices, and exact interference reports.
+//!
+//! No I/O, IPC, clock, logging or unsafe code. The files are the pipeline, in order:
+//!
+//! | built once per object | |
+//! |---|---|
+//! | [`mesh`], [`triangulation`](self) , [`object`] | polygons, cut into triangles |
+//! | [`container`] | the object's box and its halving |
+//! | `polygon_box`, [`voxel_matrix`] | which polygons occupy which voxel |
+//!
+//! | each step | |
+//! |---|---|
+//! | 1. [`scene`] | transforms in |
+//! | 2. [`global_boxes`] | global bounding boxes |
+//! | 3. [`broad_phase`] | overlapping boxes |
+//! | 4. [`interest`] | the pairs that matter |
+//! | 5. `submatrix` | containers and interference submatrices |
+//! | 6. `voxel_pairs` | pairs of voxels that reach each other |
+//! | 7. `polygon_pairs` | pairs of polygons |
+//! | 8. [`polygon_test`], [`predicates`] | exact polygon tests |
+//! | 9. [`effects`] | the effects asked for |
+//! | 10. [`report`] | report out |
+//!
+//! [`brute_force`] holds the twins of the accelerated stages.
+#![forbid(unsafe_code)]
+
+pub mod affine;
+pub mod mesh;
+mod triangulation;
+pub mod object;
+pub mod container;
+mod polygon_box;
+pub mod voxel_matrix;
+
+pub mod scene;
+pub mod global_boxes;
+pub mod broad_phase;
+pub mod interest;
+mod submatrix;
+mod voxel_pairs;
+mod polygon_pairs;
+pub mod polygon_test;
+pub mod predicates;
+pub mod effects;
+pub mod report;
+
+pub mod step;
+pub mod brute_force;
+
+pub use affine::Rows;
+pub use container::{Container, MAX_ORDER};
+pub use effects::Effects;
+pub use glam;
+pub use interest::{GroupId, Interest};
+pub use mesh::PolygonMesh;
+pub use object::{Object, ObjectError, Progress};
+pub use report::{Level, PairResult, PolygonPair, Relation, Report, StageCounts, StageTimes, Verdict};
+pub use scene::{BodyId, Scene, StepError, Transforms, UnknownBody};
+pub use step::{Clock, NoClock};

@@ -1,0 +1,313 @@
+//! Containers, and how they are halved.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+/// The largest order M: the container halved 30 times, 2^30 voxels.
+pub const MAX_ORDER: u32 = 30;
+
+/// Halvings taken together as one step of the pyramid: 2^6 children, one bit each of a 64-bit word.
+pub(crate) const HALVINGS_PER_LEVEL: u32 = 6;
+
+/// An object's bounding box, sides parallel to its own axes. Both corners belong to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Container {
+    /// Smallest coordinates, in the object's frame.
+    pub min: [f64; 3],
+    /// Largest coordinates, in the object's frame.
+    pub max: [f64; 3],
+}
+
+impl Container {
+    /// The smallest container of some positions; `None` when there are none.
+    pub fn of(positions: impl IntoIterator<Item = [f64; 3]>) -> Option<Container> {
+        let mut positions = positions.into_iter();
+        let first = positions.next()?;
+        let mut container = Container { min: first, max: first };
+        for position in positions {
+            for axis in 0..3 {
+                container.min[axis] = container.min[axis].min(position[axis]);
+                container.max[axis] = container.max[axis].max(position[axis]);
+            }
+        }
+        Some(container)
+    }
+
+    /// The largest magnitude of each coordinate.
+    pub fn reach(&self) -> [f64; 3] {
+        [0, 1, 2].map(|axis| self.min[axis].abs().max(self.max[axis].abs()))
+    }
+
+    /// Half of each side. Unlike the side, it cannot overflow.
+    fn half_sides(&self) -> [f64; 3] {
+        [0, 1, 2].map(|axis| 0.5 * self.max[axis] - 0.5 * self.min[axis])
+    }
+}
+
+/// The container halved M times, each time across the then longest side of the voxel (ties: the lowest axis), and the planes
+/// between the voxels of every order.
+///
+/// A side of length zero, or too short to split in f64, is never halved; halving ends when none is left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lattice {
+    container: Container,
+    half_sides: [f64; 3],
+    /// The axis of each halving.
+    axes: Vec<u8>,
+    levels: Vec<LatticeLevel>,
+}
+
+/// One step of the pyramid: up to six halvings, which cut a voxel of this level into its children.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LatticeLevel {
+    /// Halvings of each axis before this level.
+    pub bits_before: [u32; 3],
+    /// Halvings of each axis at this level.
+    pub bits: [u32; 3],
+    /// Place of each child among its siblings, per axis.
+    pub place: Vec<[u8; 3]>,
+    /// Per axis and place: the children at that place or before it.
+    up_to: [Vec<u64>; 3],
+}
+
+impl LatticeLevel {
+    fn new(axes: &[u8], bits_before: [u32; 3]) -> LatticeLevel {
+        let mut bits = [0; 3];
+        axes.iter().for_each(|&axis| bits[axis as usize] += 1);
+        let place: Vec<[u8; 3]> = (0..1usize << axes.len()).map(|child| place_of(axes, child)).collect();
+        let up_to = [0, 1, 2].map(|axis| {
+            let children = |last: u8| {
+                let within = place.iter().enumerate().filter(|(_, place)| place[axis] <= last);
+                within.fold(0u64, |mask, (child, _)| mask | 1 << child)
+            };
+            (0..1u8 << bits[axis]).map(children).collect()
+        });
+        LatticeLevel { bits_before, bits, place, up_to }
+    }
+
+    /// The children whose place along `axis` is in `places`; the block of the matrix between two planes.
+    #[inline]
+    pub fn children_between(&self, axis: usize, places: Range<usize>) -> u64 {
+        if places.is_empty() {
+            return 0;
+        }
+        let before = if places.start == 0 { 0 } else { self.up_to[axis][places.start - 1] };
+        self.up_to[axis][places.end - 1] & !before
+    }
+}
+
+/// The first halving of a level is the highest bit of the child's number, so the children of a coarser order are runs.
+fn place_of(axes: &[u8], child: usize) -> [u8; 3] {
+    let mut place = [0; 3];
+    for (halving, &axis) in axes.iter().enumerate() {
+        let upper = (child >> (axes.len() - 1 - halving)) as u8 & 1;
+        place[axis as usize] = place[axis as usize] << 1 | upper;
+    }
+    place
+}
+
+impl Lattice {
+    /// The container halved `order` times, or as often as f64 can.
+    pub fn new(container: Container, order: u32) -> Lattice {
+        let half_sides = container.half_sides();
+        let mut bits = [0u32; 3];
+        let mut axes = Vec::new();
+        while (axes.len() as u32) < order {
+            let Some(axis) = next_halving(&container, &half_sides, &bits) else { break };
+            bits[axis] += 1;
+            axes.push(axis as u8);
+        }
+        let mut bits_before = [0; 3];
+        let levels = axes.chunks(HALVINGS_PER_LEVEL as usize).map(|axes| {
+            let level = LatticeLevel::new(axes, bits_before);
+            (0..3).for_each(|axis| bits_before[axis] += level.bits[axis]);
+            level
+        });
+        let levels = levels.collect();
+        Lattice { container, half_sides, axes, levels }
+    }
+
+    /// Halvings made, M.
+    pub fn order(&self) -> u32 {
+        self.axes.len() as u32
+    }
+
+    /// The container.
+    pub fn container(&self) -> &Container {
+        &self.container
+    }
+
+    /// The axis (0, 1, 2) of each halving.
+    pub fn axes(&self) -> &[u8] {
+        &self.axes
+    }
+
+    pub(crate) fn levels(&self) -> &[LatticeLevel] {
+        &self.levels
+    }
+
+    /// Halvings of each axis before `level`; for `level` equal to the number of levels, of the voxels themselves.
+    pub(crate) fn bits_at(&self, level: usize) -> [u32; 3] {
+        match self.levels.get(level) {
+            Some(level) => level.bits_before,
+            None => {
+                self.levels.last().map_or([0; 3], |last| [0, 1, 2].map(|axis| last.bits_before[axis] + last.bits[axis]))
+            }
+        }
+    }
+
+    /// Half the sides of a voxel of `level`, in the object's frame.
+    pub(crate) fn half_sides_at(&self, level: usize) -> DVec3 {
+        let bits = self.bits_at(level);
+        DVec3::from([0, 1, 2].map(|axis| self.half_sides[axis] * half_to_the(bits[axis])))
+    }
+
+    /// Halvings of each axis among the first `order`.
+    pub(crate) fn bits_at_order(&self, order: u32) -> [u32; 3] {
+        let mut bits = [0; 3];
+        self.axes.iter().take(order as usize).for_each(|&axis| bits[axis as usize] += 1);
+        bits
+    }
+
+    /// The plane before voxel `index` of `2^bits` along `axis`.
+    ///
+    /// Planes of a coarser order are, to the bit, planes of every finer one: `index` and `step` scale by powers of two, which
+    /// leaves their product as it is. Measured from the nearer end, so that nothing overflows.
+    #[inline]
+    pub(crate) fn plane(&self, axis: usize, bits: u32, index: u32) -> f64 {
+        let count = 1u32 << bits;
+        let step = self.step(axis, bits);
+        if index <= count / 2 {
+            self.container.min[axis] + f64::from(index) * step
+        } else {
+            self.container.max[axis] - f64::from(count - index) * step
+        }
+    }
+
+    /// Of the `2^level_bits` voxels from `first` on, those whose closed extent along `axis` reaches `[min, max]`; `bits` are
+    /// the halvings of the axis so far. What cannot be compared (NaN) counts as reached.
+    #[inline]
+    pub(crate) fn places_reached(
+        &self,
+        axis: usize,
+        bits: u32,
+        first: u32,
+        level_bits: u32,
+        min: f64,
+        max: f64,
+    ) -> Range<usize> {
+        let count = 1usize << level_bits;
+        if bits == 0 {
+            let beside = self.container.max[axis] < min || self.container.min[axis] > max;
+            return 0..usize::from(!beside);
+        }
+        let plane = |place: usize| self.plane(axis, bits, first + place as u32);
+        let mut start = 0;
+        while start < count && plane(start + 1) < min {
+            start += 1;
+        }
+        let mut end = count;
+        while end > start && plane(end - 1) > max {
+            end -= 1;
+        }
+        start..end
+    }
+
+    /// Length of a voxel's side after `bits` halvings of `axis`.
+    #[inline]
+    fn step(&self, axis: usize, bits: u32) -> f64 {
+        self.half_sides[axis] * half_to_the(bits) * 2.0
+    }
+
+    /// The voxel's closed box: `index` per axis among `2^bits` per axis.
+    pub(crate) fn voxel(&self, bits: [u32; 3], index: [u32; 3]) -> Container {
+        let plane = |axis: usize, offset: u32| {
+            if bits[axis] == 0 {
+                [self.container.min, self.container.max][offset as usize][axis]
+            } else {
+                self.plane(axis, bits[axis], index[axis] + offset)
+            }
+        };
+        Container { min: [0, 1, 2].map(|axis| plane(axis, 0)), max: [0, 1, 2].map(|axis| plane(axis, 1)) }
+    }
+}
+
+/// 2^-bits.
+#[inline]
+fn half_to_the(bits: u32) -> f64 {
+    f64::from_bits(u64::from(1023 - bits) << 52)
+}
+
+/// The axis of the longest side that can still be split; the lowest of equals.
+fn next_halving(container: &Container, half_sides: &[f64; 3], bits: &[u32; 3]) -> Option<usize> {
+    /// A side shorter than this share of the largest coordinate has too few numbers between its ends.
+    const SHORTEST: f64 = 8.0 * f64::EPSILON;
+    let reach = container.reach();
+    let mut longest: Option<(usize, f64)> = None;
+    for axis in 0..3 {
+        let half = half_sides[axis] * half_to_the(bits[axis]);
+        let can_split = half >= reach[axis] * SHORTEST && half >= f64::MIN_POSITIVE;
+        if can_split && longest.is_none_or(|(_, length)| half > length) {
+            longest = Some((axis, half));
+        }
+    }
+    longest.map(|(axis, _)| axis)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice(sides: [f64; 3], order: u32) -> Lattice {
+        Lattice::new(Container { min: [0.0; 3], max: sides }, order)
+    }
+
+    #[test]
+    fn the_longest_side_is_halved_and_ties_go_to_the_lowest_axis() {
+        assert_eq!(lattice([4.0, 2.0, 1.0], 5).axes(), [0, 0, 1, 0, 1]);
+        assert_eq!(lattice([1.0, 1.0, 1.0], 4).axes(), [0, 1, 2, 0]);
+        assert_eq!(lattice([1.0, 0.0, 0.0], 4).axes(), [0, 0, 0, 0]);
+        assert_eq!(lattice([0.0, 0.0, 0.0], 4).order(), 0);
+    }
+
+    #[test]
+    fn a_side_too_short_to_split_is_not_halved() {
+        let far = Container { min: [1e16, 0.0, 0.0], max: [1e16 + 4.0, 0.0, 0.0] };
+        assert!(Lattice::new(far, 30).order() < 3);
+        let tiny = Container { min: [0.0; 3], max: [1e-310; 3] };
+        assert_eq!(Lattice::new(tiny, 30).order(), 0);
+    }
+
+    #[test]
+    fn planes_of_a_coarser_order_are_planes_of_a_finer_one() {
+        let container = Container { min: [-0.3, 1.7, -1e308], max: [12.9, 1.9, 1.7e308] };
+        let lattice = Lattice::new(container, 12);
+        for axis in 0..3 {
+            for bits in 1..8 {
+                let planes = (0..=1u32 << bits).map(|index| lattice.plane(axis, bits, index));
+                let planes: Vec<f64> = planes.collect();
+                assert!(planes.is_sorted(), "{planes:?}");
+                assert_eq!((planes[0], planes[1 << bits]), (container.min[axis], container.max[axis]));
+                for (index, plane) in planes.iter().enumerate() {
+                    assert_eq!(*plane, lattice.plane(axis, bits + 1, 2 * index as u32));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn children_between_planes_are_those_whose_place_is_there() {
+        let lattice = lattice([4.0, 2.0, 1.0], 6);
+        let level = &lattice.levels()[0];
+        for axis in 0..3 {
+            for start in 0..1usize << level.bits[axis] {
+                for end in start..=1usize << level.bits[axis] {
+                    let expected = (0..64).filter(|&child| (start..end).contains(&(level.place[child][axis] as usize)));
+                    let expected = expected.fold(0u64, |mask, child| mask | 1 << child);
+                    assert_eq!(level.children_between(axis, start..end), expected);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! Stage 7: polygon pairs, from the lists of the voxels that reach each other.
+//!
+//! The triangles of a voxel are carried into the world once for a batch of voxel pairs; two of them are a candidate when
+//! their world boxes, which are exact, overlap. A pair of triangles often shares several pairs of voxels: a small memory of
+//! recent candidates keeps most repetitions from the exact test, and what slips through is merged in stage 9.
+
+use glam::DVec3;
+
+use crate::affine::{Rows, world_vertex};
+use crate::global_boxes::GlobalBox;
+use crate::object::Object;
+
+/// A triangle at its world position.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WorldTriangle {
+    pub corners: [DVec3; 3],
+    bounds: GlobalBox,
+    pub number: u32,
+}
+
+/// One body of a pair, and the triangles of it that the batch needs.
+#[derive(Debug, Default)]
+struct Gathered {
+    triangles: Vec<WorldTriangle>,
+    /// The voxel that was gathered last, where its triangles start, and the box of them all.
+    last: Option<(u32, usize, GlobalBox)>,
+}
+
+/// Memory of the stage, kept by each worker from step to step.
+#[derive(Debug, Default)]
+pub(crate) struct Candidates {
+    sides: [Gathered; 2],
+    pairs: Vec<(u32, u32)>,
+    recent: Recent,
+}
+
+impl Candidates {
+    /// Forgets the candidates of the last batch.
+    pub fn clear(&mut self) {
+        self.pairs.clear();
+        for side in &mut self.sides {
+            side.triangles.clear();
+            side.last = None;
+        }
+    }
+
+    /// Forgets the pair of bodies: the same triangle numbers now mean other triangles.
+    pub fn start_pair(&mut self) {
+        self.recent.forget();
+    }
+
+    /// Appends the candidates of a pair of voxels; says how many pairs of triangles the two lists make.
+    pub fn add(&mut self, voxels: (u32, u32), a: (&Object, &Rows), b: (&Object, &Rows)) -> u64 {
+        let [first, second] = &mut self.sides;
+        let (start_a, _) = first.gather(voxels.0, a.0, a.1);
+        let (start_b, bounds_b) = second.gather(voxels.1, b.0, b.1);
+        for (i, p) in first.triangles.iter().enumerate().skip(start_a) {
+            if !p.bounds.overlaps(&bounds_b) {
+                continue;
+            }
+            for (j, q) in second.triangles.iter().enumerate().skip(start_b) {
+                if p.bounds.overlaps(&q.bounds) && self.recent.is_new(p.number, q.number) {
+                    self.pairs.push((i as u32, j as u32));
+                }
+            }
+        }
+        ((first.triangles.len() - start_a) * (second.triangles.len() - start_b)) as u64
+    }
+
+    /// The candidates of the batch.
+    pub fn iter(&self) -> impl Iterator<Item = (&WorldTriangle, &WorldTriangle)> {
+        let [first, second] = &self.sides;
+        self.pairs.iter().map(|&(i, j)| (&first.triangles[i as usize], &second.triangles[j as usize]))
+    }
+}
+
+impl Gathered {
+    /// Where the voxel's triangles start (they are the last ones), and their box.
+    fn gather(&mut self, voxel: u32, object: &Object, rows: &Rows) -> (usize, GlobalBox) {
+        if let Some((last, start, bounds)) = self.last
+            && last == voxel
+        {
+            return (start, bounds);
+        }
+        let start = self.triangles.len();
+        let mut all = GlobalBox::EMPTY;
+        for &number in object.matrix().triangles(voxel) {
+            let corner = |vertex: u32| world_vertex(rows, object.vertices()[vertex as usize]);
+            let corners @ [p, q, r] = object.triangles()[number as usize].map(corner);
+            let bounds = GlobalBox { min: p.min(q).min(r), max: p.max(q).max(r) };
+            all = all.joined(&bounds);
+            self.triangles.push(WorldTriangle { corners, bounds, number });
+        }
+        self.last = Some((voxel, start, all));
+        (start, all)
+    }
+}
+
+/// Recent candidates, by a hash of their numbers. Forgetting is counting on, not clearing.
+#[derive(Debug)]
+struct Recent {
+    /// The triangle numbers and the generation they were seen in.
+    seen: Vec<(u32, u32, u64)>,
+    generation: u64,
+}
+
+impl Default for Recent {
+    fn default() -> Self {
+        Recent { seen: vec![(0, 0, 0); 1 << Recent::BITS], generation: 1 }
+    }
+}
+
+impl Recent {
+    const BITS: u32 = 10;
+
+    fn forget(&mut self) {
+        self.generation += 1;
+    }
+
+    #[inline]
+    fn is_new(&mut self, a: u32, b: u32) -> bool {
+        // Fibonacci hashing (Knuth, The Art of Computer Programming 3, section 6.4).
+        let hash = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - Self::BITS);
+        let entry = (a, b, self.generation);
+        std::mem::replace(&mut self.seen[hash as usize], entry) != entry
+    }
+}

@@ -1,0 +1,246 @@
+//! Stage 5: containers, and interference submatrices.
+//!
+//! All voxels of one level have the same size and orientation, so the fifteen axes that may separate a voxel of one body from
+//! one of the other (Gottschalk, Lin, Manocha, "OBBTree", SIGGRAPH 1996, section 5) are computed once per pair of bodies, and
+//! along each axis the reach of a voxel is one number per level. The axes are taken in the world, from the columns of the two
+//! transforms, so no inverse is needed and singular transforms are served too.
+//!
+//! # Why nothing is lost
+//! A common point of two world polygons is, along any direction L, both `L·(A x + s + e)` and `L·(B y + t + f)`, where x and y
+//! lie in voxels that list the polygons, and e and f are what rounding moved the vertices by
+//! ([`rounding_bound`](crate::affine::rounding_bound)). So `|offset + α·x − β·y|` is at most `|L|·(|e| + |f|)`, with α = AᵀL,
+//! β = BᵀL, offset = L·(s − t). Whatever vector L came out of its own rounding, this holds for it. The computed α, β, offset,
+//! centres, half sides and sums err by less than 56·2^-53 of `|L|·(magnitude of A + magnitude of B)`, and 8·2^-53 more cover e
+//! and f; [`SLACK`] is their sum. What underflows is covered by [`UNDERFLOW`] times the coordinates it is multiplied by. Where
+//! something overflows, the slack is infinite or a comparison sees NaN, and nothing is discarded.
+
+use glam::DVec3;
+
+use crate::affine::Rows;
+use crate::container::{HALVINGS_PER_LEVEL, MAX_ORDER};
+use crate::object::Object;
+use crate::polygon_box::unit_scale;
+
+const SLACK: f64 = 64.0 * (f64::EPSILON / 2.0);
+/// 2^-1060.
+const UNDERFLOW: f64 = f64::from_bits(1 << 14);
+
+/// Levels of the pyramid, the voxels of the full order included.
+pub(crate) const MAX_LEVELS: usize = (MAX_ORDER.div_ceil(HALVINGS_PER_LEVEL) + 1) as usize;
+
+/// Face normals of the first body, face normals of the second, products of their edges.
+const AXES: usize = 15;
+
+/// One of the two bodies of a pair, as this stage sees it.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed<'o> {
+    pub object: &'o Object,
+    pub rows: &'o Rows,
+    /// See [`magnitude`](crate::affine::magnitude).
+    pub magnitude: DVec3,
+}
+
+/// A voxel of some level: the node of that number in the matrix, or, at the last level, the voxel's list.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Voxel {
+    pub level: u8,
+    pub number: u32,
+    /// Place in the lattice of that level, per axis.
+    pub index: [u32; 3],
+}
+
+impl Voxel {
+    /// The container: the one voxel of order 0.
+    pub const CONTAINER: Voxel = Voxel { level: 0, number: 0, index: [0; 3] };
+}
+
+/// What one body contributes to the separating axes.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    /// Per axis: transform's transpose times the axis.
+    along: [DVec3; AXES],
+    /// Per level and axis: half the extent of a voxel.
+    reach: [[f64; AXES]; MAX_LEVELS],
+    /// Per level: half sides of a voxel, in the object's frame.
+    half: [DVec3; MAX_LEVELS],
+    /// Per level: halvings of each axis.
+    bits: [[u32; 3]; MAX_LEVELS],
+    /// Per level: the longest side of a voxel in the world, roughly; decides which voxel is split.
+    size: [f64; MAX_LEVELS],
+    /// Middle of the container.
+    middle: DVec3,
+}
+
+/// A pair of placed bodies, ready for comparing their voxels.
+#[derive(Debug, Clone)]
+pub(crate) struct PairFrame {
+    sides: [Side; 2],
+    offset: [f64; AXES],
+    slack: [f64; AXES],
+    /// Per side and axis of its lattice: what the other two coordinates can add along the face normal.
+    skew: [[f64; 3]; 2],
+}
+
+/// Which body of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Which {
+    First = 0,
+    Second = 1,
+}
+
+impl Which {
+    pub fn other(self) -> Which {
+        match self {
+            Which::First => Which::Second,
+            Which::Second => Which::First,
+        }
+    }
+}
+
+impl PairFrame {
+    /// `None` when the containers are proven apart.
+    pub fn new(a: Placed<'_>, b: Placed<'_>) -> Option<PairFrame> {
+        let (columns_a, columns_b) = (columns(a.rows), columns(b.rows));
+        let directions = directions(&columns_a, &columns_b);
+        let shift = DVec3::new(a.rows[0][3] - b.rows[0][3], a.rows[1][3] - b.rows[1][3], a.rows[2][3] - b.rows[2][3]);
+        let coordinates = a.object.reach().into_iter().chain(b.object.reach()).sum::<f64>();
+        let slack = directions
+            .map(|direction| direction.abs().dot(a.magnitude + b.magnitude) * SLACK + UNDERFLOW * (4.0 + coordinates));
+        let offset = directions.map(|direction| direction.dot(shift));
+        let sides = [Side::new(a.object, &columns_a, &directions), Side::new(b.object, &columns_b, &directions)];
+        let skew = [skew(&sides[0], a.object, 0), skew(&sides[1], b.object, 3)];
+        let frame = PairFrame { sides, offset, slack, skew };
+        let root = Voxel::CONTAINER;
+        let seen = frame.seen_from(Which::First, root);
+        (!frame.apart(Which::First, &seen, 0, root.index, 0..AXES)).then_some(frame)
+    }
+
+    /// The other body's voxel as the axes see it: `offset − β·centre`, so that a voxel with centre c is apart when
+    /// `|α·c + this|` exceeds what the two reach.
+    pub fn seen_from(&self, split: Which, other: Voxel) -> Seen {
+        let side = &self.sides[split.other() as usize];
+        let centre = side.centre(other.level as usize, other.index);
+        let sign = if split == Which::First { 1.0 } else { -1.0 };
+        let level = other.level as usize;
+        let mut seen = Seen { position: [0.0; AXES], reach: [0.0; AXES] };
+        for axis in 0..AXES {
+            seen.position[axis] = sign * self.offset[axis] - side.along[axis].dot(centre);
+            seen.reach[axis] = side.reach[level][axis] + self.slack[axis];
+        }
+        seen
+    }
+
+    /// The extent, along one axis of the lattice of `split`, that the other's voxel reaches; NaN or infinite where unknown.
+    pub fn reached(&self, split: Which, seen: &Seen, axis: usize) -> (f64, f64) {
+        let face = 3 * split as usize + axis;
+        let along = self.sides[split as usize].along[face][axis];
+        if along == 0.0 || !along.is_finite() {
+            return (f64::NEG_INFINITY, f64::INFINITY);
+        }
+        let reach = seen.reach[face] + self.skew[split as usize][axis];
+        let ends = [(-seen.position[face] - reach) / along, (-seen.position[face] + reach) / along];
+        if along > 0.0 { (ends[0], ends[1]) } else { (ends[1], ends[0]) }
+    }
+
+    /// Whether one of `axes` proves the voxel at `level` and `index` of `split` apart from the one that is `seen`.
+    #[inline]
+    pub fn apart(
+        &self,
+        split: Which,
+        seen: &Seen,
+        level: usize,
+        index: [u32; 3],
+        axes: std::ops::Range<usize>,
+    ) -> bool {
+        let side = &self.sides[split as usize];
+        let centre = side.centre(level, index);
+        let reach = &side.reach[level];
+        let mut axes = axes;
+        // False for NaN: what is not proven apart is kept.
+        axes.any(|axis| (side.along[axis].dot(centre) + seen.position[axis]).abs() > reach[axis] + seen.reach[axis])
+    }
+
+    /// The axes besides the face normals of `split`, which [`reached`](Self::reached) has used.
+    pub fn other_axes(split: Which) -> [std::ops::Range<usize>; 2] {
+        match split {
+            Which::First => [3..AXES, 0..0],
+            Which::Second => [0..3, 6..AXES],
+        }
+    }
+
+    /// Which of two voxels is larger in the world.
+    pub fn larger(&self, a: Voxel, b: Voxel) -> Which {
+        let size = |which: Which, voxel: Voxel| self.sides[which as usize].size[voxel.level as usize];
+        if size(Which::First, a) >= size(Which::Second, b) { Which::First } else { Which::Second }
+    }
+}
+
+/// A voxel as the separating axes see it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    position: [f64; AXES],
+    /// Half its extent, and the slack of the axis.
+    reach: [f64; AXES],
+}
+
+impl Side {
+    fn new(object: &Object, columns: &[DVec3; 3], directions: &[DVec3; AXES]) -> Side {
+        let lattice = object.matrix().lattice();
+        let along = directions.map(|direction| DVec3::from(columns.map(|column| column.dot(direction))));
+        let container = lattice.container();
+        let mut side = Side {
+            along,
+            reach: [[0.0; AXES]; MAX_LEVELS],
+            half: [DVec3::ZERO; MAX_LEVELS],
+            bits: [[0; 3]; MAX_LEVELS],
+            size: [0.0; MAX_LEVELS],
+            middle: 0.5 * DVec3::from(container.min) + 0.5 * DVec3::from(container.max),
+        };
+        for level in 0..=object.matrix().depth() {
+            let half = lattice.half_sides_at(level);
+            side.bits[level] = lattice.bits_at(level);
+            side.half[level] = half;
+            side.reach[level] = along.map(|along| along.abs().dot(half));
+            let sides = [0, 1, 2].map(|axis| columns[axis].abs().max_element() * half[axis]);
+            side.size[level] = sides[0].max(sides[1]).max(sides[2]);
+        }
+        side
+    }
+
+    /// Centre of a voxel, in the object's frame. Counted from the middle, so that nothing overflows.
+    #[inline]
+    fn centre(&self, level: usize, index: [u32; 3]) -> DVec3 {
+        let bits = self.bits[level];
+        let steps = [0, 1, 2].map(|axis| (2 * i64::from(index[axis]) + 1 - (1i64 << bits[axis])) as f64);
+        self.middle + DVec3::from(steps) * self.half[level]
+    }
+}
+
+fn columns(rows: &Rows) -> [DVec3; 3] {
+    [0, 1, 2].map(|column| DVec3::new(rows[0][column], rows[1][column], rows[2][column]))
+}
+
+/// The fifteen axes. One that comes out as zero, as those of flattened bodies may, never separates anything.
+fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; AXES] {
+    let (a, b) = (columns_a.map(unit_scale), columns_b.map(unit_scale));
+    let faces = |edges: &[DVec3; 3]| [edges[1].cross(edges[2]), edges[2].cross(edges[0]), edges[0].cross(edges[1])];
+    let mut directions = [DVec3::ZERO; AXES];
+    directions[..3].copy_from_slice(&faces(&a));
+    directions[3..6].copy_from_slice(&faces(&b));
+    for (i, edge) in a.iter().enumerate() {
+        for (j, other) in b.iter().enumerate() {
+            directions[6 + 3 * i + j] = edge.cross(*other);
+        }
+    }
+    directions
+}
+
+/// A face normal is at right angles to the other two edges only up to rounding.
+fn skew(side: &Side, object: &Object, first_face: usize) -> [f64; 3] {
+    let reach = object.reach();
+    [0, 1, 2].map(|axis| {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let along = side.along[first_face + axis];
+        along[next].abs() * reach[next] + along[last].abs() * reach[last]
+    })
+}

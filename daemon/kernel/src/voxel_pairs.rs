@@ -1,0 +1,103 @@
+//! Stage 6: pairs of voxels that reach each other.
+//!
+//! The two pyramids are descended together, depth first. Of a pair of voxels the larger one is split: the block of its
+//! children that the other's extent reaches, ANDed with the occupancy word, is the interference submatrix of that node, and
+//! what the remaining axes do not prove apart goes on.
+
+use crate::object::Object;
+use crate::polygon_box::bits_of;
+use crate::report::StageCounts;
+use crate::submatrix::{PairFrame, Voxel, Which};
+
+/// Two voxels, one of each body, not proven apart.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct VoxelPair {
+    pub a: Voxel,
+    pub b: Voxel,
+}
+
+impl VoxelPair {
+    /// The two containers.
+    pub const CONTAINERS: VoxelPair = VoxelPair { a: Voxel::CONTAINER, b: Voxel::CONTAINER };
+}
+
+/// The descent through one pair of pyramids.
+pub(crate) struct Descent<'s> {
+    pub frame: &'s PairFrame,
+    pub a: &'s Object,
+    pub b: &'s Object,
+}
+
+impl Descent<'_> {
+    /// Goes on until `leaves` has `wanted` pairs of voxels of the full order, or `stack` is empty, or `budget` comparisons have
+    /// been made.
+    pub fn advance(
+        &self,
+        stack: &mut Vec<VoxelPair>,
+        leaves: &mut Vec<(u32, u32)>,
+        wanted: usize,
+        budget: &mut i64,
+        counts: &mut StageCounts,
+    ) {
+        while leaves.len() < wanted && *budget > 0 {
+            let Some(pair) = stack.pop() else { return };
+            match self.split(&pair) {
+                None => {
+                    counts.voxel_pairs += 1;
+                    leaves.push((pair.a.number, pair.b.number));
+                }
+                Some(split) => {
+                    let visited = self.expand(&pair, split, stack);
+                    counts.voxels_visited += visited;
+                    *budget -= visited as i64 + 1;
+                }
+            }
+        }
+    }
+
+    /// Which voxel to split; `None` when both are of the full order.
+    fn split(&self, pair: &VoxelPair) -> Option<Which> {
+        let full = |object: &Object, voxel: &Voxel| voxel.level as usize == object.matrix().depth();
+        match (full(self.a, &pair.a), full(self.b, &pair.b)) {
+            (true, true) => None,
+            (true, false) => Some(Which::Second),
+            (false, true) => Some(Which::First),
+            (false, false) => Some(self.frame.larger(pair.a, pair.b)),
+        }
+    }
+
+    /// Pushes the pairs of the split voxel's children with the other voxel; says how many children were compared.
+    fn expand(&self, pair: &VoxelPair, split: Which, stack: &mut Vec<VoxelPair>) -> u64 {
+        let (object, parent, other) = match split {
+            Which::First => (self.a, pair.a, pair.b),
+            Which::Second => (self.b, pair.b, pair.a),
+        };
+        let (matrix, level) = (object.matrix(), parent.level as usize);
+        let lattice = matrix.lattice();
+        let node = matrix.node(level, parent.number);
+        let halved = &lattice.levels()[level];
+        let bits = lattice.bits_at(level + 1);
+        let seen = self.frame.seen_from(split, other);
+        let mut submatrix = node.occupied;
+        for axis in 0..3 {
+            let (min, max) = self.frame.reached(split, &seen, axis);
+            let first = parent.index[axis] << halved.bits[axis];
+            let places = lattice.places_reached(axis, bits[axis], first, halved.bits[axis], min, max);
+            submatrix &= halved.children_between(axis, places);
+        }
+        let axes = PairFrame::other_axes(split);
+        for child in bits_of(submatrix) {
+            let place = halved.place[child as usize];
+            let index = [0, 1, 2].map(|axis| parent.index[axis] << halved.bits[axis] | u32::from(place[axis]));
+            if axes.iter().any(|axes| self.frame.apart(split, &seen, level + 1, index, axes.clone())) {
+                continue;
+            }
+            let voxel = Voxel { level: parent.level + 1, number: node.child(child), index };
+            stack.push(match split {
+                Which::First => VoxelPair { a: voxel, b: other },
+                Which::Second => VoxelPair { a: other, b: voxel },
+            });
+        }
+        u64::from(submatrix.count_ones())
+    }
+}
