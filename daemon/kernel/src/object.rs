@@ -25,7 +25,7 @@ pub struct Object {
 
 /// Told how far a build has come, from worker threads. `&()` listens to nothing.
 pub trait Progress: Sync {
-    /// `done` of `total` triangle-in-voxel tests' worth of work, as far as known by then.
+    /// `done` of `total` parts of the work. Threads report as they finish, so `done` may come out of order.
     fn advanced(&self, done: u64, total: u64);
 }
 

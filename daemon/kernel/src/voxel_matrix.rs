@@ -4,10 +4,12 @@
 //! are one level: a node has 64 children, one bit each of its occupancy word, and nothing is stored for empty space. Orders
 //! between two levels are runs of that word. Memory follows the occupied voxels, not 2^M.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::container::{Container, HALVINGS_PER_LEVEL, Lattice};
+use crate::container::{Container, Lattice};
 use crate::object::{ObjectError, Progress};
 use crate::polygon_box::{TriangleExtents, bits_of};
 
@@ -82,13 +84,11 @@ impl VoxelMatrix {
         let mut lists = Lists::all(triangles.len() as u32);
         let mut levels = Vec::new();
         for level in 0..lattice.levels().len() {
-            let masks = child_masks(&lattice, level, &lists, &corners_of);
+            let masks =
+                child_masks(&lattice, level, &lists, &corners_of, &BuildProgress::new(&lattice, level, progress));
             let nodes;
             (nodes, lists) = descend(&lattice, level, &lists, &masks, order)?;
             levels.push(nodes);
-            let weight = triangles.len() as u64;
-            let done = (level as u64 + 1) * u64::from(HALVINGS_PER_LEVEL);
-            progress.advanced(weight * done.min(u64::from(lattice.order())), weight * u64::from(lattice.order()));
         }
         let Lists { mut starts, mut entries, .. } = lists;
         starts.shrink_to_fit();
@@ -190,6 +190,7 @@ fn child_masks(
     level: usize,
     lists: &Lists,
     corners_of: &(impl Fn(u32) -> [DVec3; 3] + Sync),
+    progress: &BuildProgress<'_>,
 ) -> Vec<u64> {
     let reach = DVec3::from(lattice.container().reach());
     let level = &lattice.levels()[level];
@@ -197,13 +198,41 @@ fn child_masks(
     for (voxel, ends) in lists.starts.windows(2).enumerate() {
         voxel_of[ends[0] as usize..ends[1] as usize].fill(voxel as u32);
     }
-    let entries = lists.entries.par_iter().zip(&voxel_of);
-    entries
-        .map(|(&triangle, &voxel)| {
+    let done = AtomicUsize::new(0);
+    let mut masks = vec![0; voxel_of.len()];
+    let chunks = masks.par_chunks_mut(CHUNK).zip(lists.entries.par_chunks(CHUNK)).zip(voxel_of.par_chunks(CHUNK));
+    chunks.for_each(|((masks, triangles), voxels)| {
+        for ((mask, &triangle), &voxel) in masks.iter_mut().zip(triangles).zip(voxels) {
             let extents = TriangleExtents::new(corners_of(triangle), reach);
-            extents.children(lattice, level, lists.places[voxel as usize])
-        })
-        .collect()
+            *mask = extents.children(lattice, level, lists.places[voxel as usize]);
+        }
+        let done = done.fetch_add(masks.len(), Ordering::Relaxed) + masks.len();
+        progress.advanced(done, voxel_of.len());
+    });
+    masks
+}
+
+/// Entries that one thread takes at a time: enough to be worth it, few enough to show progress.
+const CHUNK: usize = 1 << 12;
+
+/// Counts in parts of a level, since how many entries the later levels have is not known before them.
+struct BuildProgress<'p> {
+    listener: &'p dyn Progress,
+    level: u64,
+    levels: u64,
+}
+
+impl BuildProgress<'_> {
+    const PARTS: u64 = 1000;
+
+    fn new<'p>(lattice: &Lattice, level: usize, listener: &'p dyn Progress) -> BuildProgress<'p> {
+        BuildProgress { listener, level: level as u64, levels: lattice.levels().len() as u64 }
+    }
+
+    fn advanced(&self, done: usize, total: usize) {
+        let part = Self::PARTS * done as u64 / total as u64;
+        self.listener.advanced(self.level * Self::PARTS + part, self.levels * Self::PARTS);
+    }
 }
 
 /// The nodes of a level and the lists of the next one.
