@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::affine::Rows;
 use crate::container::Container;
 
-/// A world-axis box. Both corners belong to it; a side may be unbounded.
+/// A world-axis box. Both corners belong to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GlobalBox {
     /// Smallest world coordinates.
@@ -23,7 +23,7 @@ impl GlobalBox {
     /// No pad is needed: a world coordinate is computed by products and sums whose rounding is monotone in each vertex
     /// coordinate, so its extremes over the container are reached, rounding included, at corners, and this is the very
     /// formula of [`world_vertex`](crate::affine::world_vertex) there. A corner may overflow where no vertex does: such a side
-    /// is unbounded.
+    /// goes as far as a finite coordinate can, and still not to where [`EMPTY`](Self::EMPTY) begins.
     pub fn of(container: &Container, rows: &Rows) -> GlobalBox {
         let extreme = |row: [f64; 4], low: bool| {
             let at = |axis: usize| {
@@ -32,8 +32,8 @@ impl GlobalBox {
             };
             ((at(0) + at(1)) + at(2)) + row[3]
         };
-        let low = |row: [f64; 4]| bounded(extreme(row, true), f64::NEG_INFINITY);
-        let high = |row: [f64; 4]| bounded(extreme(row, false), f64::INFINITY);
+        let low = |row: [f64; 4]| bounded(extreme(row, true), f64::MIN);
+        let high = |row: [f64; 4]| bounded(extreme(row, false), f64::MAX);
         GlobalBox { min: DVec3::from(rows.map(low)), max: DVec3::from(rows.map(high)) }
     }
 
@@ -77,10 +77,12 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_that_overflows_leaves_its_side_unbounded() {
+    fn a_corner_that_overflows_leaves_its_side_to_every_finite_coordinate() {
         let container = Container { min: [0.0; 3], max: [1e200, 1.0, 1.0] };
         let rows = [[1e200, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
         let found = GlobalBox::of(&container, &rows);
-        assert_eq!((found.min, found.max), (DVec3::ZERO, DVec3::new(f64::INFINITY, 1.0, 1.0)));
+        assert_eq!((found.min, found.max), (DVec3::ZERO, DVec3::new(f64::MAX, 1.0, 1.0)));
+        let everything = GlobalBox { min: DVec3::MIN, max: DVec3::MAX };
+        assert!(everything.overlaps(&found) && !everything.overlaps(&GlobalBox::EMPTY));
     }
 }
