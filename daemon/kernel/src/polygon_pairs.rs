@@ -9,6 +9,8 @@ use glam::DVec3;
 use crate::affine::{Rows, world_vertex};
 use crate::global_boxes::GlobalBox;
 use crate::object::Object;
+use crate::submatrix::Voxel;
+use crate::voxel_pairs::VoxelPair;
 
 /// A triangle at its world position.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +26,8 @@ struct Gathered {
     triangles: Vec<WorldTriangle>,
     /// The voxel that was gathered last, where its triangles start, and the box of them all.
     last: Option<(u32, usize, GlobalBox)>,
+    /// The triangles of a voxel above the full order, each once.
+    merged: Vec<u32>,
 }
 
 /// Memory of the stage, kept by each worker from step to step.
@@ -50,10 +54,10 @@ impl Candidates {
     }
 
     /// Appends the candidates of a pair of voxels; says how many pairs of triangles the two lists make.
-    pub fn add(&mut self, voxels: (u32, u32), a: (&Object, &Rows), b: (&Object, &Rows)) -> u64 {
+    pub fn add(&mut self, voxels: &VoxelPair, a: (&Object, &Rows), b: (&Object, &Rows)) -> u64 {
         let [first, second] = &mut self.sides;
-        let (start_a, _) = first.gather(voxels.0, a.0, a.1);
-        let (start_b, bounds_b) = second.gather(voxels.1, b.0, b.1);
+        let (start_a, _) = first.gather(voxels.a, a.0, a.1);
+        let (start_b, bounds_b) = second.gather(voxels.b, b.0, b.1);
         for (i, p) in first.triangles.iter().enumerate().skip(start_a) {
             if !p.bounds.overlaps(&bounds_b) {
                 continue;
@@ -75,24 +79,37 @@ impl Candidates {
 }
 
 impl Gathered {
-    /// Where the voxel's triangles start (they are the last ones), and their box.
-    fn gather(&mut self, voxel: u32, object: &Object, rows: &Rows) -> (usize, GlobalBox) {
+    /// Where the voxel's triangles start (they are the last ones), and their box. The voxels of one batch are of one level.
+    fn gather(&mut self, voxel: Voxel, object: &Object, rows: &Rows) -> (usize, GlobalBox) {
         if let Some((last, start, bounds)) = self.last
-            && last == voxel
+            && last == voxel.number
         {
             return (start, bounds);
         }
-        let start = self.triangles.len();
-        let mut all = GlobalBox::EMPTY;
-        for &number in object.matrix().triangles(voxel) {
-            let corner = |vertex: u32| world_vertex(rows, object.vertices()[vertex as usize]);
-            let corners @ [p, q, r] = object.triangles()[number as usize].map(corner);
-            let bounds = GlobalBox { min: p.min(q).min(r), max: p.max(q).max(r) };
-            all = all.joined(&bounds);
-            self.triangles.push(WorldTriangle { corners, bounds, number });
+        let level = usize::from(voxel.level);
+        let mut numbers = object.matrix().triangles(level, voxel.number);
+        if level < object.matrix().depth() {
+            self.merged.clear();
+            self.merged.extend_from_slice(numbers);
+            self.merged.sort_unstable();
+            self.merged.dedup();
+            numbers = &self.merged;
         }
-        self.last = Some((voxel, start, all));
-        (start, all)
+        let start = self.triangles.len();
+        self.triangles.extend(numbers.iter().map(|&number| WorldTriangle::new(number, object, rows)));
+        let bounds =
+            self.triangles[start..].iter().fold(GlobalBox::EMPTY, |all, triangle| all.joined(&triangle.bounds));
+        self.last = Some((voxel.number, start, bounds));
+        (start, bounds)
+    }
+}
+
+impl WorldTriangle {
+    fn new(number: u32, object: &Object, rows: &Rows) -> WorldTriangle {
+        let corner = |vertex: u32| world_vertex(rows, object.vertices()[vertex as usize]);
+        let corners @ [p, q, r] = object.triangles()[number as usize].map(corner);
+        let bounds = GlobalBox { min: p.min(q).min(r), max: p.max(q).max(r) };
+        WorldTriangle { corners, bounds, number }
     }
 }
 

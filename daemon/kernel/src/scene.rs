@@ -96,7 +96,7 @@ pub(crate) struct Body {
     pub object: Arc<Object>,
     pub interest: InterestRow,
     pub rows: Rows,
-    /// See [`magnitude`]; over all vertices of the object.
+    /// See [`magnitude`]; over the object's container.
     pub magnitude: DVec3,
     /// What a step brought, until all of it is checked.
     staged: Rows,

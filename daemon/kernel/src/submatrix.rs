@@ -36,7 +36,7 @@ const AXES: usize = 15;
 pub(crate) struct Placed<'o> {
     pub object: &'o Object,
     pub rows: &'o Rows,
-    /// See [`magnitude`](crate::affine::magnitude).
+    /// See [`magnitude`](crate::affine::magnitude); over the container.
     pub magnitude: DVec3,
 }
 
@@ -77,6 +77,9 @@ pub(crate) struct PairFrame {
     sides: [Side; 2],
     offset: [f64; AXES],
     slack: [f64; AXES],
+    /// Per side: the level at which the descent ends. Where a voxel is no larger than what rounding may move things by, its
+    /// children cannot be told apart, and comparing them all would cost the square of their number for nothing.
+    depth: [usize; 2],
     /// Per side and axis of its lattice: what the other two coordinates can add along the face normal.
     skew: [[f64; 3]; 2],
 }
@@ -103,16 +106,24 @@ impl PairFrame {
         let (columns_a, columns_b) = (columns(a.rows), columns(b.rows));
         let directions = directions(&columns_a, &columns_b);
         let shift = DVec3::new(a.rows[0][3] - b.rows[0][3], a.rows[1][3] - b.rows[1][3], a.rows[2][3] - b.rows[2][3]);
-        let coordinates = a.object.reach().into_iter().chain(b.object.reach()).sum::<f64>();
+        let coordinates = reach(a.object).into_iter().chain(reach(b.object)).sum::<f64>();
         let slack = directions
             .map(|direction| direction.abs().dot(a.magnitude + b.magnitude) * SLACK + UNDERFLOW * (4.0 + coordinates));
         let offset = directions.map(|direction| direction.dot(shift));
         let sides = [Side::new(a.object, &columns_a, &directions), Side::new(b.object, &columns_b, &directions)];
         let skew = [skew(&sides[0], a.object, 0), skew(&sides[1], b.object, 3)];
-        let frame = PairFrame { sides, offset, slack, skew };
+        let noise = (a.magnitude + b.magnitude).max_element() * SLACK;
+        let depth = [sides[0].depth(a.object, noise), sides[1].depth(b.object, noise)];
+        let frame = PairFrame { sides, offset, slack, depth, skew };
         let root = Voxel::CONTAINER;
         let seen = frame.seen_from(Which::First, root);
         (!frame.apart(Which::First, &seen, 0, root.index, 0..AXES)).then_some(frame)
+    }
+
+    /// Whether the descent ends at this voxel of `which`.
+    #[inline]
+    pub fn is_last(&self, which: Which, voxel: Voxel) -> bool {
+        usize::from(voxel.level) == self.depth[which as usize]
     }
 
     /// The other body's voxel as the axes see it: `offset − β·centre`, so that a voxel with centre c is apart when
@@ -207,6 +218,12 @@ impl Side {
         side
     }
 
+    /// The first level whose voxels are within `noise` of a point, or the last one.
+    fn depth(&self, object: &Object, noise: f64) -> usize {
+        let last = object.matrix().depth();
+        (0..last).find(|&level| self.size[level] <= noise).unwrap_or(last)
+    }
+
     /// Centre of a voxel, in the object's frame. Counted from the middle, so that nothing overflows.
     #[inline]
     fn centre(&self, level: usize, index: [u32; 3]) -> DVec3 {
@@ -214,6 +231,11 @@ impl Side {
         let steps = [0, 1, 2].map(|axis| (2 * i64::from(index[axis]) + 1 - (1i64 << bits[axis])) as f64);
         self.middle + DVec3::from(steps) * self.half[level]
     }
+}
+
+/// The largest magnitude of each coordinate of what the voxels hold.
+fn reach(object: &Object) -> [f64; 3] {
+    object.matrix().lattice().container().reach()
 }
 
 fn columns(rows: &Rows) -> [DVec3; 3] {
@@ -237,7 +259,7 @@ fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; AXES] {
 
 /// A face normal is at right angles to the other two edges only up to rounding.
 fn skew(side: &Side, object: &Object, first_face: usize) -> [f64; 3] {
-    let reach = object.reach();
+    let reach = reach(object);
     [0, 1, 2].map(|axis| {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         let along = side.along[first_face + axis];

@@ -128,11 +128,18 @@ impl VoxelMatrix {
         self.levels[level][number as usize]
     }
 
-    /// The triangles that occupy a voxel of the full order, ascending.
+    /// The triangles that occupy a voxel of `level`: ascending and each once for the full order; for a coarser one, the lists of
+    /// all voxels in it, one after the other.
     #[inline]
-    pub(crate) fn triangles(&self, voxel: u32) -> &[u32] {
-        let voxel = voxel as usize;
-        &self.entries[self.starts[voxel] as usize..self.starts[voxel + 1] as usize]
+    pub(crate) fn triangles(&self, level: usize, number: u32) -> &[u32] {
+        let (mut first, mut end) = (number, number + 1);
+        // The children of consecutive nodes are consecutive.
+        for (at, nodes) in self.levels.iter().enumerate().skip(level) {
+            let voxels = || self.levels.get(at + 1).map_or(self.occupied_voxels(), Vec::len) as u32;
+            end = nodes.get(end as usize).map_or_else(voxels, |node| node.first_child);
+            first = nodes[first as usize].first_child;
+        }
+        &self.entries[self.starts[first as usize] as usize..self.starts[end as usize] as usize]
     }
 
     /// The occupied voxels of a coarser order (or the full one) as places per axis, ascending by halving, each once.
@@ -340,6 +347,19 @@ mod tests {
         let mesh = PolygonMesh::from_polygons(vertices, [[0, 1, 1], [2, 3, 4]]);
         let object = Object::build(mesh, Some(1), &()).expect("a good mesh");
         assert_eq!(object.matrix().lattice().axes(), [0]);
-        assert_eq!([0, 1].map(|voxel| object.matrix().triangles(voxel).to_vec()), [[0, 1], [0, 1]]);
+        assert_eq!([0, 1].map(|voxel| object.matrix().triangles(1, voxel).to_vec()), [[0, 1], [0, 1]]);
+    }
+
+    #[test]
+    fn a_voxel_of_a_coarser_level_has_the_lists_of_all_voxels_in_it() {
+        let object = tetrahedron(14);
+        let matrix = object.matrix();
+        for level in 0..matrix.depth() {
+            for (number, node) in matrix.levels[level].iter().enumerate() {
+                let children = bits_of(node.occupied).map(|child| matrix.triangles(level + 1, node.child(child)));
+                let expected: Vec<u32> = children.flatten().copied().collect();
+                assert_eq!(matrix.triangles(level, number as u32), expected);
+            }
+        }
     }
 }

@@ -29,12 +29,12 @@ pub(crate) struct Descent<'s> {
 }
 
 impl Descent<'_> {
-    /// Goes on until `leaves` has `wanted` pairs of voxels of the full order, or `stack` is empty, or `budget` comparisons have
+    /// Goes on until `leaves` has `wanted` pairs of voxels that are not split further, or `stack` is empty, or `budget` comparisons have
     /// been made.
     pub fn advance(
         &self,
         stack: &mut Vec<VoxelPair>,
-        leaves: &mut Vec<(u32, u32)>,
+        leaves: &mut Vec<VoxelPair>,
         wanted: usize,
         budget: &mut i64,
         counts: &mut StageCounts,
@@ -44,7 +44,7 @@ impl Descent<'_> {
             match self.split(&pair) {
                 None => {
                     counts.voxel_pairs += 1;
-                    leaves.push((pair.a.number, pair.b.number));
+                    leaves.push(pair);
                 }
                 Some(split) => {
                     let visited = self.expand(&pair, split, stack);
@@ -55,10 +55,10 @@ impl Descent<'_> {
         }
     }
 
-    /// Which voxel to split; `None` when both are of the full order.
+    /// Which voxel to split; `None` when neither can be.
     fn split(&self, pair: &VoxelPair) -> Option<Which> {
-        let full = |object: &Object, voxel: &Voxel| voxel.level as usize == object.matrix().depth();
-        match (full(self.a, &pair.a), full(self.b, &pair.b)) {
+        let last = |which: Which, voxel: Voxel| self.frame.is_last(which, voxel);
+        match (last(Which::First, pair.a), last(Which::Second, pair.b)) {
             (true, true) => None,
             (true, false) => Some(Which::Second),
             (false, true) => Some(Which::First),

@@ -40,7 +40,7 @@ impl Task {
 #[derive(Debug, Default)]
 pub(crate) struct Worker {
     stack: Vec<VoxelPair>,
-    leaves: Vec<(u32, u32)>,
+    leaves: Vec<VoxelPair>,
     candidates: Candidates,
     /// Interfering polygon pairs of this step.
     pub found: Vec<Found>,
@@ -105,7 +105,7 @@ impl Worker {
     /// Stage 7.
     fn gather(&mut self, a: &Body, b: &Body) {
         self.candidates.clear();
-        for &voxels in &self.leaves {
+        for voxels in &self.leaves {
             self.counts.polygon_candidates += self.candidates.add(voxels, (&a.object, &a.rows), (&b.object, &b.rows));
         }
     }
