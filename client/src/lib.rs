@@ -1,1 +1,56 @@
-//! Under construction.
+//! Client of the `collided` daemon: publish transforms, read interference reports in place.
+//!
+//! A [`Client`] is a connection to the daemon of one instance. A [`Database`] holds objects (meshes with their voxel
+//! matrices) for all clients; a [`Scene`] places them as bodies and answers steps. A step's transforms are written into
+//! shared memory once and read there by the daemon; the [`Report`] is read where the daemon wrote it, and given back
+//! when it is dropped.
+//!
+//! ```no_run
+//! use collided_client::{Client, Effect};
+//!
+//! # fn main() -> Result<(), collided_client::Error> {
+//! let client = Client::connect()?;
+//! let bunny = client.database("parts").load("bunny", "bunny.obj")?;
+//! let mut scene = client.scene("cell").effects([Effect::PolygonPairs]).create()?;
+//! scene.add_body("a", &bunny)?;
+//! scene.add_body("b", &bunny)?;
+//! let here = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+//! let report = scene.step(&[here, here])?;
+//! for pair in report.pairs() {
+//!     println!("{} and {}: {}", pair.a(), pair.b(), pair.verdict().name());
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Nothing waits for ever: each call has a deadline, and a daemon that dies is reported as [`Error::DaemonGone`].
+
+mod connect;
+mod database;
+mod error;
+mod report;
+mod scene;
+mod step;
+mod upload;
+
+// Shared with the daemon, which is the other side of the same wire; not part of the API.
+#[doc(hidden)]
+pub mod frame;
+#[doc(hidden)]
+pub mod instance;
+#[doc(hidden)]
+pub mod transport;
+
+pub use collided_protocol::control::{ClientStatus, ObjectInfo, Reply, Request, SceneStatus, Status};
+pub use collided_protocol::report::{Level, Relation, StageCounts, StageTimes, Verdict};
+pub use collided_protocol::step::Rows;
+pub use collided_protocol::{Effect, Effects, ErrorCode, WireError};
+pub use connect::{Client, ClientBuilder};
+pub use database::{Database, Loading, Mesh, Object};
+pub use error::{Error, TransportError};
+pub use report::{Pair, PolygonPair, Report};
+pub use scene::{BodyId, BodySpec, Interest, Scene, SceneBuilder};
+pub use step::Pending;
+
+/// The identity transform.
+pub const IDENTITY: Rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];

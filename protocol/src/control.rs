@@ -33,6 +33,13 @@ pub enum Request {
         /// Absolute path of the mesh file.
         path: String,
     },
+    /// Ask for one object. Answered by [`Reply::Object`].
+    GetObject {
+        /// The database.
+        database: String,
+        /// The object.
+        object: String,
+    },
     /// Announce a mesh in the client's memory. Answered by [`Reply::UploadReady`].
     BeginUpload {
         /// Where the object goes.
@@ -40,7 +47,17 @@ pub enum Request {
         /// How much will come.
         size: UploadSize,
     },
-    /// All parts of an upload were sent: build the object.
+    /// One part of an upload was published: take it. Answered when its memory may be used for the next part.
+    TakeUploadPart {
+        /// The number from [`Reply::UploadReady`].
+        upload: u32,
+    },
+    /// Give an upload up.
+    CancelUpload {
+        /// The number from [`Reply::UploadReady`].
+        upload: u32,
+    },
+    /// All parts of an upload were taken: build the object.
     FinishUpload {
         /// The number from [`Reply::UploadReady`].
         upload: u32,
@@ -188,7 +205,7 @@ pub enum Reply {
         /// When `done` reaches this the stage ends; 0 when not known.
         total: u64,
     },
-    /// To [`Request::Load`] and [`Request::FinishUpload`].
+    /// To [`Request::Load`], [`Request::GetObject`] and [`Request::FinishUpload`].
     Object(ObjectInfo),
     /// To [`Request::BeginUpload`].
     UploadReady {
@@ -297,7 +314,7 @@ pub const UPLOAD_CORNER_COUNTS: u32 = 1;
 /// [`UploadHeader::kind`]: vertex index of each corner, polygon after polygon, one word each.
 pub const UPLOAD_CORNERS: u32 = 2;
 
-/// The user header of one part of an upload, and of its acknowledgement. Parts of a kind come in order.
+/// The user header of one part of an upload. Kinds come in ascending order, the parts of a kind in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("collided.UploadHeader")]

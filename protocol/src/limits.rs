@@ -27,7 +27,7 @@ pub const MAX_REPORT_WORDS: usize = 1 << 28;
 /// Steps that a client may have sent and not yet collected, per scene.
 pub const MAX_STEPS_IN_FLIGHT: usize = 2;
 
-/// Reports of a scene that a client may hold at once; the next step waits for one to be dropped.
+/// Reports of a scene that a client may hold at once; the next step is refused until one is dropped.
 pub const MAX_REPORTS_HELD: usize = 4;
 
 /// Shared memory that must stay free on the host after a scene or an upload is created, in bytes. Segments are sparse:

@@ -1,7 +1,8 @@
 //! Where an instance is found, and what its iceoryx2 services are called.
 //!
 //! The daemon of instance `i` keeps the directory `$XDG_RUNTIME_DIR/collided/i`, else `/tmp/collided-<uid>/i`, mode 0700:
-//! [`LOCK_FILE`], [`RENDEZVOUS_FILE`], [`SOCKET_FILE`] and the iceoryx2 root of the present epoch.
+//! [`LOCK_FILE`], [`RENDEZVOUS_FILE`] and [`SOCKET_FILE`]. The iceoryx2 root of the present epoch stands in `/tmp`, under a
+//! short name: iceoryx2 puts sockets there, and the system limits their paths to 108 bytes.
 
 use serde::{Deserialize, Serialize};
 
@@ -50,7 +51,7 @@ pub fn reply_service(scene: u32) -> String {
     format!("collided/v{}/scene/{scene}/reply", crate::PROTOCOL_VERSION)
 }
 
-/// Name of the one-shot request-response service through which a mesh is uploaded from a client's memory.
+/// Name of the one-shot publish-subscribe service through which a mesh is uploaded from a client's memory.
 pub fn upload_service(upload: u32) -> String {
     format!("collided/v{}/upload/{upload}", crate::PROTOCOL_VERSION)
 }

@@ -78,7 +78,7 @@ pub struct StageTimes {
 }
 
 /// The user header of a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("collided.ReportHeader")]
 pub struct ReportHeader {

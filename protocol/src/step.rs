@@ -26,7 +26,7 @@ pub const STEP_SPARSE: u32 = 1;
 pub const MOTION_LINEAR: u32 = 0;
 
 /// The user header of a step request.
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("collided.StepHeader")]
 pub struct StepHeader {

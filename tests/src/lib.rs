@@ -1,1 +1,13 @@
-//! Under construction.
+//! What the tests of `collided` share: an exact oracle, the hard cases, and processes to test with.
+
+pub mod crowd;
+pub mod client_process;
+pub mod daemon_process;
+pub mod hardcases;
+pub mod kernel_pair;
+pub mod meshes;
+pub mod npy;
+pub mod oracle;
+pub mod small_meshes;
+pub mod transforms;
+pub mod triangle_pairs;

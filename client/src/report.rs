@@ -1,0 +1,200 @@
+//! Interference reports, read where the daemon wrote them.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use collided_protocol::WireError;
+use collided_protocol::report::{
+    Level, PairRecord, PolygonPairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK,
+    StageCounts, StageTimes, Verdict,
+};
+use collided_protocol::step::Word;
+
+use crate::error::Error;
+use crate::scene::BodyId;
+use crate::transport::StepResponse;
+
+/// The report of one step, in shared memory. Dropping it gives the memory back; a scene may have
+/// [`MAX_REPORTS_HELD`](collided_protocol::limits::MAX_REPORTS_HELD) at once.
+pub struct Report {
+    response: StepResponse,
+    _held: Held,
+}
+
+/// Counts the reports of a scene that are held.
+pub(crate) struct Held(Arc<AtomicUsize>);
+
+impl Held {
+    pub(crate) fn new(count: &Arc<AtomicUsize>) -> Held {
+        count.fetch_add(1, Ordering::Relaxed);
+        Held(Arc::clone(count))
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// A pair of bodies that is not proven clear.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<'a> {
+    record: &'a PairRecord,
+    polygon_pairs: &'a [PolygonPairRecord],
+}
+
+/// A pair of interfering polygons, by the caller's polygon numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PolygonPair {
+    /// Polygon of body `a`.
+    pub a: u32,
+    /// Polygon of body `b`.
+    pub b: u32,
+    /// How they meet.
+    pub relation: Relation,
+}
+
+impl fmt::Debug for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Report").field("header", self.header()).finish_non_exhaustive()
+    }
+}
+
+impl Report {
+    /// Takes over a response: an error of the daemon becomes an error, and what the accessors rely on is checked.
+    pub(crate) fn new(response: StepResponse, held: Held) -> Result<Report, Error> {
+        let report = Report { response, _held: held };
+        let header = report.header();
+        if header.status != STATUS_OK {
+            return Err(refusal(header, report.words()));
+        }
+        let pairs = section::<PairRecord>(header, report.words(), SECTION_PAIRS)?;
+        let polygon_pairs = section::<PolygonPairRecord>(header, report.words(), SECTION_POLYGON_PAIRS)?;
+        pairs.iter().try_for_each(|pair| check_pair(pair, polygon_pairs.len()))?;
+        Ok(report)
+    }
+
+    fn header(&self) -> &ReportHeader {
+        self.response.user_header()
+    }
+
+    fn words(&self) -> &[Word] {
+        self.response.payload()
+    }
+
+    fn records<T: bytemuck::Pod>(&self, number: usize) -> &[T] {
+        section(self.header(), self.words(), number).unwrap_or_default()
+    }
+
+    /// The pairs that are not proven clear, ordered by (a, b); in each, a < b.
+    pub fn pairs(&self) -> impl ExactSizeIterator<Item = Pair<'_>> {
+        let polygon_pairs: &[PolygonPairRecord] = self.records(SECTION_POLYGON_PAIRS);
+        self.records::<PairRecord>(SECTION_PAIRS).iter().map(move |record| {
+            let first = record.first_polygon_pair as usize;
+            Pair { record, polygon_pairs: &polygon_pairs[first..first + record.polygon_pair_count as usize] }
+        })
+    }
+
+    /// Whether every pair is proven clear.
+    pub fn is_clear(&self) -> bool {
+        self.pairs().all(|pair| pair.verdict() == Verdict::Clear)
+    }
+
+    /// How many polygon pairs there are, over all pairs.
+    pub fn polygon_pair_count(&self) -> usize {
+        self.records::<PolygonPairRecord>(SECTION_POLYGON_PAIRS).len()
+    }
+
+    /// How many steps the scene had answered before this one.
+    pub fn step(&self) -> u64 {
+        self.header().step
+    }
+
+    /// How many things each stage looked at.
+    pub fn counts(&self) -> &StageCounts {
+        &self.header().counts
+    }
+
+    /// How long each stage took, in nanoseconds.
+    pub fn times(&self) -> &StageTimes {
+        &self.header().times
+    }
+
+    /// The result section: the same bytes for the same input, whatever the thread count and the order.
+    pub fn result_bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(self.words())
+    }
+}
+
+impl<'a> Pair<'a> {
+    /// The first body.
+    pub fn a(&self) -> BodyId {
+        BodyId(self.record.a)
+    }
+
+    /// The second body.
+    pub fn b(&self) -> BodyId {
+        BodyId(self.record.b)
+    }
+
+    /// What is known of the pair.
+    pub fn verdict(&self) -> Verdict {
+        Verdict::from_code(self.record.verdict).unwrap_or(Verdict::Possible)
+    }
+
+    /// How far that was refined.
+    pub fn level(&self) -> Level {
+        Level::from_code(self.record.level).unwrap_or(Level::GlobalBoxes)
+    }
+
+    /// How the bodies meet; given with the effect `polygon_pairs`.
+    pub fn relation(&self) -> Relation {
+        Relation::from_code(self.record.relation).unwrap_or(Relation::None)
+    }
+
+    /// The interfering polygon pairs, ordered by (a, b); empty unless the effect `polygon_pairs` was asked for.
+    pub fn polygon_pairs(&self) -> impl ExactSizeIterator<Item = PolygonPair> + use<'a> {
+        self.polygon_pairs.iter().map(|record| PolygonPair {
+            a: record.a,
+            b: record.b,
+            relation: relation(record.relation).unwrap_or(Relation::None),
+        })
+    }
+}
+
+fn relation(code: u32) -> Option<Relation> {
+    u8::try_from(code).ok().and_then(Relation::from_code)
+}
+
+/// The records of a section, where they stand.
+fn section<'a, T: bytemuck::Pod>(header: &ReportHeader, words: &'a [Word], number: usize) -> Result<&'a [T], Error> {
+    let section = header.sections[number];
+    let bytes: &[u8] = bytemuck::cast_slice(words);
+    let first = section.first_word as usize * size_of::<Word>();
+    let length = section.count as usize * size_of::<T>();
+    let records = bytes.get(first..).and_then(|rest| rest.get(..length));
+    let records = records.and_then(|records| bytemuck::try_cast_slice(records).ok());
+    records.ok_or_else(|| Error::BadReply(format!("section {number} lies outside the report")))
+}
+
+fn check_pair(pair: &PairRecord, polygon_pair_count: usize) -> Result<(), Error> {
+    let end = pair.first_polygon_pair as usize + pair.polygon_pair_count as usize;
+    let codes = Verdict::from_code(pair.verdict).is_some()
+        && Level::from_code(pair.level).is_some()
+        && Relation::from_code(pair.relation).is_some();
+    if end > polygon_pair_count || !codes {
+        return Err(Error::BadReply(format!("the record of bodies {} and {} is malformed", pair.a, pair.b)));
+    }
+    Ok(())
+}
+
+fn refusal(header: &ReportHeader, words: &[Word]) -> Error {
+    let bytes: &[u8] = bytemuck::cast_slice(words);
+    let json = bytes.get(..header.error_bytes as usize).unwrap_or(bytes);
+    match serde_json::from_slice::<WireError>(json) {
+        Ok(error) => Error::Refused(error),
+        Err(error) => Error::BadReply(format!("the error of a step, code {}: {error}", header.status)),
+    }
+}

@@ -1,0 +1,229 @@
+//! Scenes: bodies, interest, effects.
+
+use std::fmt;
+use std::sync::Arc;
+use std::time::Duration;
+
+use collided_protocol::control::{self, InterestRule, Reply, Request};
+use collided_protocol::step::Rows;
+use collided_protocol::{Effect, Effects};
+
+pub use collided_protocol::control::Interest;
+
+use crate::connect::{Client, unexpected};
+use crate::database::Object;
+use crate::error::Error;
+use crate::report::Report;
+use crate::step::{Pending, StepChannel};
+
+/// How long [`Scene::step`] waits unless [`Scene::set_deadline`] says otherwise.
+const DEFAULT_DEADLINE: Duration = Duration::from_secs(10);
+
+/// The id of a body: stable, and never used again in its scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BodyId(pub u32);
+
+impl fmt::Display for BodyId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "body {}", self.0)
+    }
+}
+
+/// A body to add.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodySpec {
+    spec: control::BodySpec,
+}
+
+impl BodySpec {
+    /// A body called `name`, unique in its scene, made of `object`.
+    pub fn new(name: impl Into<String>, object: &Object) -> BodySpec {
+        let (database, object) = (object.database().to_owned(), object.name().to_owned());
+        BodySpec { spec: control::BodySpec { name: name.into(), database, object, group: None } }
+    }
+
+    /// Puts the body in a group: pairs within a group are ignored.
+    #[must_use]
+    pub fn group(mut self, group: impl Into<String>) -> BodySpec {
+        self.spec.group = Some(group.into());
+        self
+    }
+}
+
+/// Settings of a scene. See [`Client::scene`].
+#[derive(Clone, Debug)]
+#[must_use = "no scene is created before `create` is called"]
+pub struct SceneBuilder {
+    client: Client,
+    name: String,
+    effects: Effects,
+}
+
+impl SceneBuilder {
+    pub(crate) fn new(client: Client, name: String) -> SceneBuilder {
+        SceneBuilder { client, name, effects: Effect::Interference.into() }
+    }
+
+    /// What is computed for every pair without a rule of its own; `interference` unless set.
+    pub fn effects(mut self, effects: impl IntoIterator<Item = Effect>) -> SceneBuilder {
+        self.effects = effects.into_iter().collect();
+        self
+    }
+
+    /// Creates the scene. It ends when the [`Scene`] is dropped, or with the connection.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for a bad name or a full host, [`Error::DaemonGone`], [`Error::Transport`].
+    pub fn create(self) -> Result<Scene, Error> {
+        let request = Request::CreateScene { name: self.name, effects: self.effects };
+        let id = match self.client.request(&request)? {
+            Reply::SceneCreated { scene } => scene,
+            other => return Err(unexpected(&other)),
+        };
+        let channel = StepChannel::open(&self.client, id).inspect_err(|_| {
+            let _ = self.client.request(&Request::DropScene { scene: id });
+        })?;
+        let (client, channel) = (self.client, Arc::new(channel));
+        Ok(Scene { client, channel, id, bodies: Vec::new(), deadline: DEFAULT_DEADLINE })
+    }
+}
+
+/// A scene of this client. Dropping it ends it in the daemon.
+#[derive(Debug)]
+pub struct Scene {
+    client: Client,
+    channel: Arc<StepChannel>,
+    id: u32,
+    bodies: Vec<BodyId>,
+    deadline: Duration,
+}
+
+impl Scene {
+    /// Its id, as in `collided status`.
+    pub fn id(&self) -> u32 {
+        self.id
+    }
+
+    /// Its living bodies, in ascending order: the order of a dense step's transforms.
+    pub fn bodies(&self) -> &[BodyId] {
+        &self.bodies
+    }
+
+    /// Places an object, at the identity until a step says otherwise.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with `UnknownDatabase`, `UnknownObject`, `DuplicateBody` or `BadName`.
+    pub fn add_body(&mut self, name: &str, object: &Object) -> Result<BodyId, Error> {
+        let ids = self.add_bodies(&[BodySpec::new(name, object)])?;
+        ids.first().copied().ok_or_else(|| Error::BadReply("one body was added, no id came".to_owned()))
+    }
+
+    /// Places many objects; all are added, or none. Ids come in the order asked.
+    ///
+    /// # Errors
+    /// As [`Scene::add_body`].
+    pub fn add_bodies(&mut self, bodies: &[BodySpec]) -> Result<Vec<BodyId>, Error> {
+        let bodies = bodies.iter().map(|body| body.spec.clone()).collect();
+        match self.client.request(&Request::AddBodies { scene: self.id, bodies })? {
+            Reply::BodiesAdded { ids } => {
+                let ids: Vec<BodyId> = ids.into_iter().map(BodyId).collect();
+                self.bodies.extend(&ids);
+                self.bodies.sort_unstable();
+                Ok(ids)
+            }
+            other => Err(unexpected(&other)),
+        }
+    }
+
+    /// Takes bodies out; all are removed, or none.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with `UnknownBody`.
+    pub fn remove_bodies(&mut self, bodies: &[BodyId]) -> Result<(), Error> {
+        let ids = bodies.iter().map(|body| body.0).collect();
+        self.client.expect_done(&Request::RemoveBodies { scene: self.id, bodies: ids })?;
+        self.bodies.retain(|body| !bodies.contains(body));
+        Ok(())
+    }
+
+    /// Changes what is computed for every pair without a rule of its own.
+    ///
+    /// # Errors
+    /// [`Error::DaemonGone`], [`Error::Deadline`].
+    pub fn set_effects(&mut self, effects: impl IntoIterator<Item = Effect>) -> Result<(), Error> {
+        let effects = effects.into_iter().collect();
+        self.client.expect_done(&Request::SetEffects { scene: self.id, effects })
+    }
+
+    /// Has nothing computed for a pair.
+    ///
+    /// # Errors
+    /// As [`Scene::set_interest`].
+    pub fn ignore(&mut self, a: BodyId, b: BodyId) -> Result<(), Error> {
+        self.set_interest(&[(a, b, Interest::Ignore)])
+    }
+
+    /// Changes entries of the collision interest matrix; all are set, or none.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with `UnknownBody`.
+    pub fn set_interest(&mut self, rules: &[(BodyId, BodyId, Interest)]) -> Result<(), Error> {
+        let rules = rules.iter().map(|&(a, b, interest)| InterestRule { a: a.0, b: b.0, interest }).collect();
+        self.client.expect_done(&Request::SetInterest { scene: self.id, rules })
+    }
+
+    /// How long the `step` functions wait for a report.
+    pub fn set_deadline(&mut self, deadline: Duration) {
+        self.deadline = deadline;
+    }
+
+    /// Moves every living body, in ascending order of id, and waits for the report.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with `BadStep`, `NonFiniteTransform` or `WorldOverflow` (no body has moved then),
+    /// `UnknownScene`; [`Error::Deadline`], [`Error::DaemonGone`], [`Error::TooManyInFlight`],
+    /// [`Error::TooManyReportsHeld`], [`Error::OutOfSharedMemory`].
+    pub fn step(&mut self, transforms: &[Rows]) -> Result<Report, Error> {
+        self.send(transforms)?.collect(self.deadline)
+    }
+
+    /// Moves the bodies named, and waits for the report. The others stay where they are.
+    ///
+    /// # Errors
+    /// As [`Scene::step`], and `UnknownBody`.
+    pub fn step_sparse(&mut self, transforms: &[(BodyId, Rows)]) -> Result<Report, Error> {
+        self.send_sparse(transforms)?.collect(self.deadline)
+    }
+
+    /// Like [`Scene::step`], with transforms written straight into shared memory: one for each of [`Scene::bodies`],
+    /// all zero at first.
+    ///
+    /// # Errors
+    /// As [`Scene::step`].
+    pub fn write_step(&mut self, write: impl FnOnce(&mut [Rows])) -> Result<Report, Error> {
+        self.channel.send_written(&self.client, self.bodies.len(), write)?.collect(self.deadline)
+    }
+
+    /// Sends a dense step; its report is collected later.
+    ///
+    /// # Errors
+    /// As [`Scene::step`], save those that come with the report.
+    pub fn send(&mut self, transforms: &[Rows]) -> Result<Pending, Error> {
+        self.channel.send_dense(&self.client, transforms)
+    }
+
+    /// Sends a sparse step; its report is collected later.
+    ///
+    /// # Errors
+    /// As [`Scene::step`], save those that come with the report.
+    pub fn send_sparse(&mut self, transforms: &[(BodyId, Rows)]) -> Result<Pending, Error> {
+        self.channel.send_sparse(&self.client, transforms)
+    }
+}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        // The daemon that is gone has no scene to drop.
+        let _ = self.client.request(&Request::DropScene { scene: self.id });
+    }
+}

@@ -1,0 +1,286 @@
+//! The step channel of a scene: transforms out, reports in.
+
+use std::fmt;
+use std::os::fd::BorrowedFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
+use collided_protocol::names::{reply_service, step_service, wake_service};
+use collided_protocol::report::ReportHeader;
+use collided_protocol::step::{
+    MOTION_LINEAR, ROWS_WORDS, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, Word, id_words, step_words,
+};
+use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
+use iceoryx2::port::client::RequestSendError;
+use iceoryx2::prelude::*;
+
+use crate::connect::Client;
+use crate::error::{Error, TransportError};
+use crate::report::{Held, Report};
+use crate::scene::BodyId;
+use crate::transport::{
+    self, EventService, Listener, Notifier, SPIN, StepClient, StepPending, StepRequest, StepResponse, StepService,
+    Woken, failed,
+};
+
+/// How long a waiting client sleeps at most: another thread that waits on the same scene may take its wake-up.
+const SLICE: Duration = Duration::from_millis(20);
+/// Room for the transforms of this many bodies is made at once; more when a step needs it.
+const INITIAL_BODIES: usize = 64;
+
+/// The ports of one scene.
+pub(crate) struct StepChannel {
+    scene: u32,
+    requests: StepClient,
+    wake: Notifier,
+    reply: Listener,
+    sequence: AtomicU64,
+    reports_held: Arc<AtomicUsize>,
+}
+
+impl fmt::Debug for StepChannel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("StepChannel").field("scene", &self.scene).finish_non_exhaustive()
+    }
+}
+
+/// A step that was sent. Dropping it gives its report up; the step is taken all the same.
+#[derive(Debug)]
+#[must_use = "the report is given up when this is dropped"]
+pub struct Pending {
+    client: Client,
+    channel: Arc<StepChannel>,
+    pending: Option<StepPending>,
+}
+
+impl StepChannel {
+    /// Opens the services that the daemon has created for a scene.
+    pub(crate) fn open(client: &Client, scene: u32) -> Result<StepChannel, Error> {
+        let requests = open_step_service(client, scene)?
+            .client_builder()
+            .initial_max_slice_len(step_words(STEP_SPARSE, INITIAL_BODIES))
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(failed("open a scene's step channel"))?;
+        let wake = open_event_service(client, &wake_service(scene))?
+            .notifier_builder()
+            .create()
+            .map_err(failed("open a scene's wake event"))?;
+        let reply = open_event_service(client, &reply_service(scene))?
+            .listener_builder()
+            .create()
+            .map_err(failed("open a scene's reply event"))?;
+        let (sequence, reports_held) = (AtomicU64::new(0), Arc::new(AtomicUsize::new(0)));
+        Ok(StepChannel { scene, requests, wake, reply, sequence, reports_held })
+    }
+
+    pub(crate) fn send_dense(self: &Arc<Self>, client: &Client, transforms: &[Rows]) -> Result<Pending, Error> {
+        let words: &[Word] = bytemuck::cast_slice(transforms);
+        self.check_room(words.len())?;
+        let request = self.requests.loan_slice_uninit(words.len()).map_err(loan_error)?;
+        self.send(client, request.write_from_slice(words), STEP_DENSE, transforms.len())
+    }
+
+    pub(crate) fn send_sparse(
+        self: &Arc<Self>,
+        client: &Client,
+        transforms: &[(BodyId, Rows)],
+    ) -> Result<Pending, Error> {
+        let count = transforms.len();
+        let words = step_words(STEP_SPARSE, count);
+        self.check_room(words)?;
+        let request = self.requests.loan_slice_uninit(words).map_err(loan_error)?;
+        let request = request.write_from_fn(|word| sparse_word(transforms, word));
+        self.send(client, request, STEP_SPARSE, count)
+    }
+
+    pub(crate) fn send_written(
+        self: &Arc<Self>,
+        client: &Client,
+        count: usize,
+        write: impl FnOnce(&mut [Rows]),
+    ) -> Result<Pending, Error> {
+        let words = step_words(STEP_DENSE, count);
+        self.check_room(words)?;
+        let mut request = self.requests.loan_slice(words).map_err(loan_error)?;
+        write(bytemuck::cast_slice_mut(request.payload_mut()));
+        self.send(client, request, STEP_DENSE, count)
+    }
+
+    fn check_room(&self, words: usize) -> Result<(), Error> {
+        if self.reports_held.load(Ordering::Relaxed) >= MAX_REPORTS_HELD {
+            return Err(Error::TooManyReportsHeld);
+        }
+        if words <= step_words(STEP_SPARSE, INITIAL_BODIES) {
+            return Ok(());
+        }
+        transport::check_shared_memory(words as u64 * size_of::<Word>() as u64)
+            .map_err(|short| Error::OutOfSharedMemory { needed: short.needed, free: short.free })
+    }
+
+    fn send(
+        self: &Arc<Self>,
+        client: &Client,
+        mut request: StepRequest,
+        kind: u32,
+        transform_count: usize,
+    ) -> Result<Pending, Error> {
+        *request.user_header_mut() = StepHeader {
+            protocol: PROTOCOL_VERSION,
+            kind,
+            sequence: self.sequence.fetch_add(1, Ordering::Relaxed),
+            transform_count: transform_count as u32,
+            candidate_count: 1,
+            motion: MOTION_LINEAR,
+            reserved: 0,
+            delta_time: 0.0,
+        };
+        let pending = request.send().map_err(send_error)?;
+        if pending.number_of_server_connections() == 0 {
+            return Err(self.undelivered(client));
+        }
+        self.wake.notify().map_err(failed("wake the daemon"))?;
+        Ok(Pending { client: client.clone(), channel: Arc::clone(self), pending: Some(pending) })
+    }
+
+    /// Why a step did not reach the daemon.
+    fn undelivered(&self, client: &Client) -> Error {
+        match self.absence(client) {
+            Ok(()) => Error::TooManyInFlight,
+            Err(error) => error,
+        }
+    }
+
+    /// Asks the daemon whether the scene is there.
+    fn absence(&self, client: &Client) -> Result<(), Error> {
+        if transport::is_hung_up(client.stream()) {
+            return Err(Error::DaemonGone);
+        }
+        let status = client.status()?;
+        if status.scenes.iter().any(|scene| scene.scene == self.scene) {
+            return Ok(());
+        }
+        Err(Error::Refused(WireError::new(
+            ErrorCode::UnknownScene,
+            format!("scene {} was dropped", self.scene),
+            "create it again",
+        )))
+    }
+}
+
+impl Pending {
+    /// Waits for the report, at most `timeout` (zero: looks once). After [`Error::Deadline`] it may be called again.
+    ///
+    /// # Errors
+    /// As [`Scene::step`](crate::Scene::step); [`Error::AlreadyCollected`] when the report was collected before.
+    pub fn collect(&mut self, timeout: Duration) -> Result<Report, Error> {
+        let pending = self.pending.as_ref().ok_or(Error::AlreadyCollected)?;
+        let answer = self.channel.wait(&self.client, pending, timeout);
+        if matches!(answer, Err(Error::Deadline { .. })) {
+            return Err(Error::Deadline { waited: timeout });
+        }
+        self.pending = None;
+        Report::new(answer?, Held::new(&self.channel.reports_held))
+    }
+}
+
+impl StepChannel {
+    fn wait(&self, client: &Client, pending: &StepPending, timeout: Duration) -> Result<StepResponse, Error> {
+        let start = Instant::now();
+        let mut hung_up = false;
+        loop {
+            if let Some(response) = spin(pending, SPIN.min(timeout.saturating_sub(start.elapsed())))? {
+                return Ok(response);
+            }
+            if hung_up {
+                return Err(Error::DaemonGone);
+            }
+            if !pending.is_connected() {
+                return self.closed(client, pending);
+            }
+            let left = timeout.saturating_sub(start.elapsed());
+            if left.is_zero() {
+                return Err(Error::Deadline { waited: timeout });
+            }
+            hung_up = self.sleep(client.stream(), left)? == Woken::HungUp;
+        }
+    }
+
+    fn sleep(&self, stream: BorrowedFd<'_>, left: Duration) -> Result<Woken, TransportError> {
+        transport::wait(&self.reply, stream, Some(left.min(SLICE)))
+    }
+
+    /// The daemon has let the step go: with an answer that came just now, or without one.
+    fn closed(&self, client: &Client, pending: &StepPending) -> Result<StepResponse, Error> {
+        if let Some(response) = spin(pending, Duration::ZERO)? {
+            return Ok(response);
+        }
+        self.absence(client)?;
+        Err(Error::Refused(WireError::new(
+            ErrorCode::Internal,
+            format!("the daemon let a step of scene {} go without an answer", self.scene),
+            "look at the daemon's log",
+        )))
+    }
+}
+
+/// Looks for the response at least once, and then for as long as `time`.
+fn spin(pending: &StepPending, time: Duration) -> Result<Option<StepResponse>, Error> {
+    let start = Instant::now();
+    loop {
+        let response = pending.receive().map_err(failed("receive a report"))?;
+        if response.is_some() || start.elapsed() >= time {
+            return Ok(response);
+        }
+        std::hint::spin_loop();
+    }
+}
+
+/// Word number `word` of a sparse step.
+fn sparse_word(transforms: &[(BodyId, Rows)], word: usize) -> Word {
+    let ids = id_words(transforms.len());
+    if word < ids {
+        let id = |index: usize| transforms.get(index).map_or(0, |(body, _)| body.0);
+        return bytemuck::cast([id(2 * word), id(2 * word + 1)]);
+    }
+    let (transform, value) = ((word - ids) / ROWS_WORDS, (word - ids) % ROWS_WORDS);
+    transforms[transform].1.as_flattened()[value].to_bits()
+}
+
+fn loan_error(error: iceoryx2::port::LoanError) -> Error {
+    match error {
+        iceoryx2::port::LoanError::OutOfMemory => Error::TooManyInFlight,
+        other => TransportError::new("loan memory for a step", other).into(),
+    }
+}
+
+fn send_error(error: RequestSendError) -> Error {
+    match error {
+        RequestSendError::ExceedsMaxActiveRequests => Error::TooManyInFlight,
+        other => TransportError::new("send a step", other).into(),
+    }
+}
+
+fn open_step_service(client: &Client, scene: u32) -> Result<StepService, TransportError> {
+    client
+        .node()
+        .service_builder(&transport::service_name(&step_service(scene))?)
+        .request_response::<[Word], [Word]>()
+        .request_user_header::<StepHeader>()
+        .response_user_header::<ReportHeader>()
+        .max_active_requests_per_client(MAX_STEPS_IN_FLIGHT)
+        .open()
+        .map_err(failed("open a scene's step channel"))
+}
+
+fn open_event_service(client: &Client, name: &str) -> Result<EventService, TransportError> {
+    client
+        .node()
+        .service_builder(&transport::service_name(name)?)
+        .event()
+        .open()
+        .map_err(failed("open a scene's event"))
+}

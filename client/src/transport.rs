@@ -1,0 +1,158 @@
+//! What daemon and client share of iceoryx2: the node of an epoch, the types of the services, and waiting.
+
+use std::fmt::Display;
+use std::io;
+use std::os::fd::{BorrowedFd, OwnedFd};
+use std::time::Duration;
+
+use collided_protocol::control::UploadHeader;
+use collided_protocol::limits::MIN_FREE_SHARED_MEMORY;
+use collided_protocol::names::Rendezvous;
+use collided_protocol::report::ReportHeader;
+use collided_protocol::step::{StepHeader, Word};
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+use crate::error::TransportError;
+
+/// Ports of this service may be sent to another thread, and match those of `ipc::Service` in another process.
+pub type Service = ipc_threadsafe::Service;
+/// The request-response service of a scene's steps.
+pub type StepService = request_response::PortFactory<Service, [Word], StepHeader, [Word], ReportHeader>;
+/// Sends steps.
+pub type StepClient = iceoryx2::port::client::Client<Service, [Word], StepHeader, [Word], ReportHeader>;
+/// Receives steps.
+pub type StepServer = iceoryx2::port::server::Server<Service, [Word], StepHeader, [Word], ReportHeader>;
+/// A step being written.
+pub type StepRequest = iceoryx2::request_mut::RequestMut<Service, [Word], StepHeader, [Word], ReportHeader>;
+/// A step that was sent.
+pub type StepPending = iceoryx2::pending_response::PendingResponse<Service, [Word], StepHeader, [Word], ReportHeader>;
+/// A step that was received.
+pub type StepActive = iceoryx2::active_request::ActiveRequest<Service, [Word], StepHeader, [Word], ReportHeader>;
+/// A report that was received.
+pub type StepResponse = iceoryx2::response::Response<Service, [Word], ReportHeader>;
+/// The event services of a scene.
+pub type EventService = event::PortFactory<Service>;
+/// Wakes the other side.
+pub type Notifier = iceoryx2::port::notifier::Notifier<Service>;
+/// Is woken by the other side.
+pub type Listener = iceoryx2::port::listener::Listener<Service>;
+/// The publish-subscribe service of one upload.
+pub type UploadService = publish_subscribe::PortFactory<Service, [Word], UploadHeader>;
+/// Receives the parts of an upload.
+pub type UploadSubscriber = iceoryx2::port::subscriber::Subscriber<Service, [Word], UploadHeader>;
+
+/// How long a waiting side looks at shared memory before it sleeps: a wake-up costs about as much.
+pub const SPIN: Duration = Duration::from_micros(30);
+
+/// The iceoryx2 node of this process in the daemon's epoch.
+///
+/// # Errors
+/// When the epoch's names cannot be used as file names, or the node cannot be made.
+pub fn create_node(rendezvous: &Rendezvous) -> Result<Node<Service>, TransportError> {
+    const ACTION: &str = "create the iceoryx2 node";
+    set_log_level_from_env_or(LogLevel::Fatal);
+    let mut config = Config::default();
+    config.global.prefix = FileName::new(rendezvous.iceoryx2_prefix.as_bytes()).map_err(failed(ACTION))?;
+    config.global.set_root_path(&Path::new(rendezvous.iceoryx2_root.as_bytes()).map_err(failed(ACTION))?);
+    // Dead processes are cleaned up by one thread of the daemon, off everybody's way.
+    config.global.node.cleanup_dead_nodes_on_creation = false;
+    config.global.node.cleanup_dead_nodes_on_destruction = false;
+    config.global.service.cleanup_dead_nodes_on_open = false;
+    NodeBuilder::new()
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<Service>()
+        .map_err(failed(ACTION))
+}
+
+/// A service name.
+///
+/// # Errors
+/// When iceoryx2 does not take the name.
+pub fn service_name(name: &str) -> Result<ServiceName, TransportError> {
+    ServiceName::new(name).map_err(failed("name a service"))
+}
+
+/// Turns an error of a lower layer into a [`TransportError`].
+pub fn failed<E: Display>(action: &'static str) -> impl Fn(E) -> TransportError {
+    move |cause| TransportError::new(action, cause)
+}
+
+/// Why [`wait`] returned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Woken {
+    /// The listener was notified (or a signal came): look again.
+    Notified,
+    /// The other side of the stream is gone.
+    HungUp,
+    /// The time is over.
+    TimedOut,
+}
+
+/// Sleeps until the listener is notified, the other end of `stream` is closed, or the time is over (`None`: never).
+/// Notifications are taken from the listener.
+///
+/// # Errors
+/// When the system cannot wait on the two, or the listener cannot be emptied.
+pub fn wait(listener: &Listener, stream: BorrowedFd<'_>, timeout: Option<Duration>) -> Result<Woken, TransportError> {
+    // SAFETY: the listener owns the descriptor and outlives this borrow of it, which ends with this function.
+    let listener_fd = unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) };
+    let mut fds = [PollFd::new(&listener_fd, PollFlags::IN), PollFd::new(&stream, PollFlags::RDHUP)];
+    let timeout = timeout.map(timespec);
+    match poll(&mut fds, timeout.as_ref()) {
+        Ok(0) => return Ok(Woken::TimedOut),
+        Ok(_) => {}
+        Err(rustix::io::Errno::INTR) => return Ok(Woken::Notified),
+        Err(error) => return Err(TransportError::new("wait for the other side", error)),
+    }
+    let (notified, hung_up) = (!fds[0].revents().is_empty(), !fds[1].revents().is_empty());
+    if notified {
+        listener.try_wait(|_| {}).map_err(failed("take a notification"))?;
+    }
+    Ok(if hung_up { Woken::HungUp } else { Woken::Notified })
+}
+
+fn timespec(duration: Duration) -> Timespec {
+    Timespec {
+        tv_sec: i64::try_from(duration.as_secs()).unwrap_or(i64::MAX),
+        tv_nsec: i64::from(duration.subsec_nanos()),
+    }
+}
+
+/// Whether the other end of a stream is closed.
+pub fn is_hung_up(stream: BorrowedFd<'_>) -> bool {
+    let mut fds = [PollFd::new(&stream, PollFlags::RDHUP)];
+    matches!(poll(&mut fds, Some(&timespec(Duration::ZERO))), Ok(count) if count > 0)
+}
+
+/// A message that the host's shared memory cannot take: a write there would be a bus error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SharedMemoryShort {
+    /// Bytes needed, the reserve included.
+    pub needed: u64,
+    /// Bytes free.
+    pub free: u64,
+}
+
+/// Checks that shared memory has room for `bytes` more and a reserve.
+///
+/// # Errors
+/// [`SharedMemoryShort`] when it has not.
+pub fn check_shared_memory(bytes: u64) -> Result<(), SharedMemoryShort> {
+    let needed = bytes.saturating_add(MIN_FREE_SHARED_MEMORY);
+    // Where /dev/shm cannot be asked, nothing is known against writing.
+    let Ok(space) = rustix::fs::statvfs("/dev/shm") else { return Ok(()) };
+    let free = space.f_bavail.saturating_mul(space.f_frsize);
+    if free < needed { Err(SharedMemoryShort { needed, free }) } else { Ok(()) }
+}
+
+/// The two ends of a stream inside one process: dropping one end wakes whoever [`wait`]s with the other.
+///
+/// # Errors
+/// When the system has no descriptor left.
+pub fn stop_pair() -> io::Result<(OwnedFd, OwnedFd)> {
+    let (a, b) = std::os::unix::net::UnixStream::pair()?;
+    Ok((a.into(), b.into()))
+}

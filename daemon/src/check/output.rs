@@ -1,0 +1,93 @@
+//! What the two ways of printing have in common.
+
+use std::collections::HashMap;
+use std::io;
+use std::path::Path;
+
+use collided_client::{BodyId, Interest, Level, PolygonPair, Relation, Report, Verdict};
+use collided_protocol::{Effect, Effects};
+
+use crate::scene_file::SceneFile;
+
+/// A way of printing.
+pub(super) trait Output {
+    /// A scene begins.
+    fn begin(&mut self, path: &Path, file: &SceneFile) -> io::Result<()>;
+    /// A step of it was answered.
+    fn step(&mut self, result: &StepResult<'_>) -> io::Result<()>;
+    /// It was answered to its end.
+    fn end(&mut self) -> io::Result<()>;
+}
+
+/// A step that was answered.
+pub(super) struct StepResult<'a> {
+    pub path: &'a Path,
+    pub index: usize,
+    pub file: &'a SceneFile,
+    /// Ids of the bodies, in the order of the file: ascending.
+    pub bodies: &'a [BodyId],
+    pub effects: &'a PairEffects,
+    pub report: &'a Report,
+}
+
+/// A pair of a step, in the words of the file.
+pub(super) struct Pair<'a> {
+    pub a: &'a str,
+    pub b: &'a str,
+    pub verdict: Verdict,
+    pub level: Level,
+    /// `None` when not asked for.
+    pub polygon_pairs: Option<PolygonPairs>,
+}
+
+/// What the effect `polygon_pairs` tells of a pair.
+pub(super) struct PolygonPairs {
+    pub relation: Relation,
+    pub pairs: Vec<PolygonPair>,
+}
+
+impl<'a> StepResult<'a> {
+    /// The pairs that are not proven clear, in the order of the report.
+    pub fn pairs(&self) -> impl Iterator<Item = Pair<'a>> {
+        let (file, bodies, effects) = (self.file, self.bodies, self.effects);
+        self.report.pairs().map(move |pair| {
+            // The daemon reports on no bodies but those of the scene, which are these.
+            let [a, b] = [pair.a(), pair.b()].map(|id| bodies.partition_point(|&other| other < id));
+            let asked = effects.of_pair(a, b).contains(Effect::PolygonPairs);
+            let polygon_pairs =
+                asked.then(|| PolygonPairs { relation: pair.relation(), pairs: pair.polygon_pairs().collect() });
+            let [a, b] = [a, b].map(|place| file.bodies[place].name.as_str());
+            Pair { a, b, verdict: pair.verdict(), level: pair.level(), polygon_pairs }
+        })
+    }
+}
+
+/// The effects of each pair of bodies.
+pub(super) struct PairEffects {
+    default: Effects,
+    rules: HashMap<(usize, usize), Effects>,
+}
+
+impl PairEffects {
+    pub fn of(file: &SceneFile) -> PairEffects {
+        let rules = file.interest.iter().map(|rule| {
+            let effects = match rule.interest {
+                Interest::Default => file.effects,
+                Interest::Ignore => Effects::NONE,
+                Interest::Effects(effects) => effects,
+            };
+            ((rule.a.min(rule.b), rule.a.max(rule.b)), effects)
+        });
+        PairEffects { default: file.effects, rules: rules.collect() }
+    }
+
+    /// Effects of the pair of bodies at places `a < b` of the file.
+    fn of_pair(&self, a: usize, b: usize) -> Effects {
+        self.rules.get(&(a, b)).copied().unwrap_or(self.default)
+    }
+
+    /// Whether polygon pairs are asked of any pair.
+    pub fn any_polygon_pairs(&self) -> bool {
+        self.rules.values().chain([&self.default]).any(|effects| effects.contains(Effect::PolygonPairs))
+    }
+}

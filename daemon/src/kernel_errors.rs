@@ -1,0 +1,67 @@
+//! The kernel's errors in words for the wire: with the names of objects and bodies, and a remedy.
+
+use collided_kernel::{ObjectError, StepError};
+use collided_protocol::control::Target;
+use collided_protocol::{ErrorCode, WireError};
+
+/// Why an object could not be built.
+pub fn object_error(error: &ObjectError, target: &Target) -> WireError {
+    let (code, remedy) = match error {
+        ObjectError::NonFiniteVertex { .. } => (ErrorCode::NonFiniteVertex, "write finite numbers into the mesh"),
+        ObjectError::TooFewCorners { .. } => (ErrorCode::TooFewCorners, "give each polygon 3 or more corners"),
+        ObjectError::IndexOutOfRange { .. } => {
+            (ErrorCode::IndexOutOfRange, "name vertices by their index from 0, below the number of vertices")
+        }
+        ObjectError::CornerCount { .. } => {
+            (ErrorCode::BadMessage, "make the numbers of corners add up to the corners that are sent")
+        }
+        ObjectError::TooManyElements { .. } => (ErrorCode::LimitExceeded, "split the mesh into several objects"),
+        ObjectError::OrderOutOfRange { .. } => {
+            (ErrorCode::OrderOutOfRange, "ask for an order within the limit, or leave it to the daemon")
+        }
+        ObjectError::MatrixTooLarge { .. } => {
+            (ErrorCode::MatrixTooLarge, "ask for a smaller order, or leave it to the daemon")
+        }
+        _ => (ErrorCode::Internal, "report this as a bug"),
+    };
+    WireError::new(code, format!("object {:?} of database {:?}: {error}", target.object, target.database), remedy)
+}
+
+/// Why a step was refused. `name` tells the name of a body, `bodies` the number of living ones.
+pub fn step_error(error: &StepError, name: impl Fn(u32) -> String) -> WireError {
+    match *error {
+        StepError::TransformCount { expected, found } => WireError::new(
+            ErrorCode::BadStep,
+            format!("the step has {found} transforms for {expected} bodies"),
+            "send one transform per living body, in ascending order of body id, or a sparse step",
+        ),
+        StepError::UnknownBody { position, body } => WireError::new(
+            ErrorCode::UnknownBody,
+            format!("transform {position} is for body {body}, which the scene does not have"),
+            "use the ids that came when the bodies were added, and none that was removed",
+        ),
+        StepError::BodyTwice { position, body } => WireError::new(
+            ErrorCode::BadStep,
+            format!(
+                "transform {position} is for body {} (id {body}), which had one before in the same step",
+                name(body)
+            ),
+            "send one transform per body",
+        ),
+        StepError::NonFiniteTransform { body, row, column, value } => WireError::new(
+            ErrorCode::NonFiniteTransform,
+            format!("the transform of body {} (id {}) has {value} in row {row}, column {column}", name(body.0), body.0),
+            "send finite numbers; no body has moved",
+        ),
+        StepError::WorldOverflow { body, vertex, axis, position } => WireError::new(
+            ErrorCode::WorldOverflow,
+            format!(
+                "the transform of body {} (id {}) carries vertex {vertex} at {position:?} beyond the range of f64 along axis {axis}",
+                name(body.0),
+                body.0
+            ),
+            "send a transform that keeps the body within about 1e308; no body has moved",
+        ),
+        ref other => WireError::new(ErrorCode::Internal, format!("the step failed: {other}"), "report this as a bug"),
+    }
+}

@@ -1,0 +1,5 @@
+//! The `collided` program; see [`collided::program`].
+
+fn main() -> std::process::ExitCode {
+    collided::program::run()
+}

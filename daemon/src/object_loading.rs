@@ -1,0 +1,127 @@
+//! Objects from mesh files and from memory: read here, built in the pool.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::{Duration, Instant};
+
+use collided_kernel::{Object, ObjectError, PolygonMesh};
+use collided_protocol::control::{ObjectInfo, Target};
+use collided_protocol::{ErrorCode, WireError};
+
+use crate::state::Daemon;
+use crate::{kernel_errors, mesh_file};
+
+/// How often a client is told of the progress.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
+/// A client is told that the daemon is at work at least this often.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+
+/// Is told the stage, how much is done, and the total.
+pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64);
+
+/// Loads an object from a mesh file.
+///
+/// # Errors
+/// What [`Databases::check_target`](crate::database::Databases::check_target) says, `MeshUnreadable`, `MeshMalformed`, and
+/// what the kernel finds wrong with the mesh.
+pub fn load(
+    daemon: &Arc<Daemon>,
+    target: &Target,
+    path: &str,
+    progress: Progress<'_>,
+) -> Result<ObjectInfo, WireError> {
+    daemon.databases.check_target(target)?;
+    let path = Path::new(path);
+    if !path.is_absolute() {
+        return Err(WireError::new(
+            ErrorCode::MeshUnreadable,
+            format!("the mesh file's path {} is not absolute", path.display()),
+            "send an absolute path: the daemon's working directory is another",
+        ));
+    }
+    let mut last = Instant::now();
+    let mut throttled = |done, total| {
+        if last.elapsed() >= PROGRESS_INTERVAL || done == total {
+            last = Instant::now();
+            progress("read", done, total);
+        }
+    };
+    let mesh = mesh_file::read(path, &mut throttled).map_err(|error| file_error(&error))?;
+    build(daemon, target, mesh, progress)
+}
+
+fn file_error(error: &mesh_file::MeshFileError) -> WireError {
+    if error.is_unreadable() {
+        return WireError::new(
+            ErrorCode::MeshUnreadable,
+            error.to_string(),
+            "name a mesh file (.obj, .stl, .ply or .off) that the daemon's user can read",
+        );
+    }
+    WireError::new(ErrorCode::MeshMalformed, error.to_string(), "correct the file, or export it anew")
+}
+
+enum Event {
+    Advanced(u64, u64),
+    Built(Box<Result<Object, ObjectError>>),
+    Panicked,
+}
+
+/// Builds an object in the pool, and puts it into its database.
+///
+/// # Errors
+/// What the kernel finds wrong with the mesh, and `DuplicateObject`.
+pub fn build(
+    daemon: &Arc<Daemon>,
+    target: &Target,
+    mesh: PolygonMesh,
+    progress: Progress<'_>,
+) -> Result<ObjectInfo, WireError> {
+    let (events, received) = channel();
+    let order = target.order;
+    daemon.pool.spawn(move || {
+        let told = BuildProgress { started: Instant::now(), intervals_told: AtomicU64::new(0), events: events.clone() };
+        let built = catch_unwind(AssertUnwindSafe(|| Object::build(mesh, order, &told)));
+        let _ = events.send(built.map_or(Event::Panicked, |built| Event::Built(Box::new(built))));
+    });
+    let mut last = (0, 0);
+    loop {
+        match received.recv_timeout(HEARTBEAT) {
+            Ok(Event::Advanced(done, total)) => last = (done, total),
+            Ok(Event::Built(built)) => {
+                let object = built.map_err(|error| kernel_errors::object_error(&error, target))?;
+                return daemon.databases.insert(target, object);
+            }
+            Ok(Event::Panicked) | Err(RecvTimeoutError::Disconnected) => return Err(build_failed(target)),
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        progress("build", last.0, last.1);
+    }
+}
+
+fn build_failed(target: &Target) -> WireError {
+    WireError::new(
+        ErrorCode::Internal,
+        format!("building object {:?} of database {:?} failed inside the daemon", target.object, target.database),
+        "report this as a bug, with the mesh",
+    )
+}
+
+/// Passes the kernel's progress on, at most once an interval: a worker must not wait for a client's socket.
+struct BuildProgress {
+    started: Instant,
+    intervals_told: AtomicU64,
+    events: Sender<Event>,
+}
+
+impl collided_kernel::Progress for BuildProgress {
+    fn advanced(&self, done: u64, total: u64) {
+        let interval = (self.started.elapsed().as_millis() / PROGRESS_INTERVAL.as_millis()) as u64;
+        if self.intervals_told.fetch_max(interval, Ordering::Relaxed) < interval {
+            let _ = self.events.send(Event::Advanced(done, total));
+        }
+    }
+}

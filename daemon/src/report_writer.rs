@@ -1,0 +1,186 @@
+//! A kernel report, written once into the shared memory that the client reads.
+
+use std::iter;
+
+use collided_client::transport::{self, StepActive};
+use collided_kernel as kernel;
+use collided_protocol::limits::MAX_REPORT_WORDS;
+use collided_protocol::report::{
+    Level, PairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK, Section, StageCounts,
+    StageTimes, Verdict,
+};
+use collided_protocol::step::Word;
+use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
+
+/// Reports up to this size are written without asking for free memory: a scene has made sure of them when it began.
+pub const INITIAL_REPORT_WORDS: usize = 1024;
+
+const PAIR_WORDS: usize = size_of::<PairRecord>() / size_of::<Word>();
+/// 32-bit values of a [`collided_protocol::report::PolygonPairRecord`].
+const POLYGON_PAIR_VALUES: usize = 3;
+
+/// The header of a report without times, counts and sections.
+pub fn header(sequence: u64, step: u64) -> ReportHeader {
+    ReportHeader { protocol: PROTOCOL_VERSION, status: STATUS_OK, sequence, step, part_count: 1, ..Default::default() }
+}
+
+/// Writes and sends a report. `finish` is called when the payload is written, to complete the header's times.
+///
+/// # Errors
+/// [`ErrorCode::LimitExceeded`], [`ErrorCode::OutOfMemory`]: nothing was sent then.
+pub fn send_report(
+    active: &StepActive,
+    mut header: ReportHeader,
+    report: &kernel::Report<'_>,
+    finish: impl FnOnce(&mut StageTimes),
+) -> Result<(), WireError> {
+    let (pairs, polygon_pairs) = (report.pairs().len(), report.polygon_pair_count());
+    let pair_words = pairs * PAIR_WORDS;
+    let words = pair_words + (polygon_pairs * POLYGON_PAIR_VALUES).div_ceil(2);
+    check_size(words)?;
+    header.sections[SECTION_PAIRS] = Section { first_word: 0, count: pairs as u32 };
+    header.sections[SECTION_POLYGON_PAIRS] = Section { first_word: pair_words as u32, count: polygon_pairs as u32 };
+    header.counts = stage_counts(report.counts());
+    header.times = stage_times(report.times());
+    let mut content = pair_records(report).flat_map(words_of_pair).chain(polygon_pair_words(report));
+    let response = active.loan_slice_uninit(words).map_err(|error| out_of_memory(words, &error.to_string()))?;
+    let mut response = response.write_from_fn(|_| content.next().unwrap_or(0));
+    finish(&mut header.times);
+    *response.user_header_mut() = header;
+    response.send().map_err(send_failed)
+}
+
+/// Sends an error in place of a report.
+///
+/// # Errors
+/// [`ErrorCode::OutOfMemory`], [`ErrorCode::Internal`]: the client learns only that the step was let go.
+pub fn send_error(active: &StepActive, mut header: ReportHeader, error: &WireError) -> Result<(), WireError> {
+    let json = serde_json::to_vec(error).unwrap_or_default();
+    header.status = error.code as u32;
+    header.error_bytes = json.len() as u32;
+    let words = json.len().div_ceil(size_of::<Word>());
+    let response = active.loan_slice_uninit(words).map_err(|error| out_of_memory(words, &error.to_string()))?;
+    let mut chunks = json.chunks(size_of::<Word>());
+    let mut response = response.write_from_fn(|_| chunks.next().map_or(0, word_of_bytes));
+    *response.user_header_mut() = header;
+    response.send().map_err(send_failed)
+}
+
+fn check_size(words: usize) -> Result<(), WireError> {
+    if words > MAX_REPORT_WORDS {
+        return Err(WireError::new(
+            ErrorCode::LimitExceeded,
+            format!("the report would have {words} words, more than the limit of {MAX_REPORT_WORDS}"),
+            "ask for `interference` instead of `polygon_pairs`, or split the scene",
+        ));
+    }
+    if words <= INITIAL_REPORT_WORDS {
+        return Ok(());
+    }
+    transport::check_shared_memory((words * size_of::<Word>()) as u64).map_err(|short| {
+        let free = short.free;
+        out_of_memory(words, &format!("{} bytes are needed with the reserve and {free} are free", short.needed))
+    })
+}
+
+fn out_of_memory(words: usize, cause: &str) -> WireError {
+    WireError::new(
+        ErrorCode::OutOfMemory,
+        format!("no shared memory for a report of {words} words: {cause}"),
+        "enlarge /dev/shm, or ask for less",
+    )
+}
+
+fn send_failed(error: iceoryx2::port::SendError) -> WireError {
+    WireError::new(ErrorCode::Internal, format!("a report could not be sent: {error}"), "send the step again")
+}
+
+fn pair_records(report: &kernel::Report<'_>) -> impl Iterator<Item = PairRecord> {
+    let mut first_polygon_pair = 0;
+    report.pairs().iter().map(move |pair| {
+        let polygon_pair_count = report.polygon_pairs(pair).len() as u32;
+        let record = PairRecord {
+            a: pair.a.0,
+            b: pair.b.0,
+            verdict: verdict(pair.verdict) as u8,
+            level: level(pair.level) as u8,
+            relation: pair.relation.map_or(Relation::None, relation) as u8,
+            reserved: 0,
+            first_polygon_pair,
+            polygon_pair_count,
+            reserved2: 0,
+        };
+        first_polygon_pair += polygon_pair_count;
+        record
+    })
+}
+
+fn words_of_pair(record: PairRecord) -> [Word; PAIR_WORDS] {
+    bytemuck::cast(record)
+}
+
+fn polygon_pair_words(report: &kernel::Report<'_>) -> impl Iterator<Item = Word> {
+    let records = report.pairs().iter().flat_map(|pair| report.polygon_pairs(pair));
+    let mut values = records.flat_map(|pair| [pair.a, pair.b, relation(pair.relation) as u32]);
+    iter::from_fn(move || Some(bytemuck::cast([values.next()?, values.next().unwrap_or(0)])))
+}
+
+fn word_of_bytes(bytes: &[u8]) -> Word {
+    let mut word = [0; size_of::<Word>()];
+    word[..bytes.len()].copy_from_slice(bytes);
+    Word::from_ne_bytes(word)
+}
+
+fn verdict(verdict: kernel::Verdict) -> Verdict {
+    match verdict {
+        kernel::Verdict::Clear => Verdict::Clear,
+        kernel::Verdict::Interfering => Verdict::Interfering,
+        kernel::Verdict::Possible => Verdict::Possible,
+    }
+}
+
+fn level(level: kernel::Level) -> Level {
+    match level {
+        kernel::Level::GlobalBoxes => Level::GlobalBoxes,
+        kernel::Level::Containers => Level::Containers,
+        kernel::Level::Voxels => Level::Voxels,
+        kernel::Level::Polygons => Level::Polygons,
+    }
+}
+
+fn relation(relation: kernel::Relation) -> Relation {
+    match relation {
+        kernel::Relation::Touch => Relation::Touch,
+        kernel::Relation::Coplanar => Relation::Coplanar,
+        kernel::Relation::Cross => Relation::Cross,
+    }
+}
+
+fn stage_counts(counts: &kernel::StageCounts) -> StageCounts {
+    StageCounts {
+        boxes: counts.boxes,
+        broad_pairs: counts.broad_pairs,
+        interest_pairs: counts.interest_pairs,
+        container_pairs: counts.container_pairs,
+        voxels_visited: counts.voxels_visited,
+        voxel_pairs: counts.voxel_pairs,
+        polygon_candidates: counts.polygon_candidates,
+        exact_tests: counts.exact_tests,
+        interfering_pairs: counts.interfering_pairs,
+        polygon_pairs: counts.polygon_pairs,
+    }
+}
+
+fn stage_times(times: &kernel::StageTimes) -> StageTimes {
+    StageTimes {
+        boxes: times.boxes,
+        broad_phase: times.broad_phase,
+        interest: times.interest,
+        voxels: times.voxels,
+        polygon_pairs: times.polygon_pairs,
+        polygon_tests: times.polygon_tests,
+        effects: times.effects,
+        report: 0,
+        total: 0,
+    }
+}

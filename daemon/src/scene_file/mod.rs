@@ -1,0 +1,107 @@
+//! Scene files: objects, bodies, what to compute and a list of steps, as TOML or JSON by the ending of the name.
+//!
+//! Reading goes through [`document`], the shape of the file as serde sees it, and [`validate`], which resolves names and
+//! says by name what does not fit. Values that only the daemon can judge (NaN and infinity, vertex indices, orders) are
+//! left to it, so that files, uploads and steps get the same answer.
+
+mod document;
+mod error;
+mod validate;
+mod values;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use collided_kernel::PolygonMesh;
+use collided_protocol::Effects;
+use collided_protocol::control::Interest;
+use collided_protocol::step::Rows;
+
+pub use error::SceneFileError;
+
+/// A scene file with its names resolved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneFile {
+    /// The objects.
+    pub objects: Vec<Object>,
+    /// The bodies, in the order of the file.
+    pub bodies: Vec<Body>,
+    /// Effects of every pair without a rule of its own.
+    pub effects: Effects,
+    /// Pairs with a rule of their own.
+    pub interest: Vec<Rule>,
+    /// The steps, in order. A body that a step does not name keeps its last transform.
+    pub steps: Vec<Vec<Pose>>,
+}
+
+/// An object of a scene file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// Its name, unique in the file.
+    pub name: String,
+    /// Where its polygons are.
+    pub source: Source,
+    /// Order M of its voxel matrix; `None` lets the daemon choose.
+    pub order: Option<u32>,
+}
+
+/// Where the polygons of an object are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// In a mesh file, whose path is relative to the working directory or absolute.
+    File(PathBuf),
+    /// In the scene file.
+    Inline(PolygonMesh),
+}
+
+/// A body of a scene file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Body {
+    /// Its name, unique in the file.
+    pub name: String,
+    /// Its object, by place in [`SceneFile::objects`].
+    pub object: usize,
+    /// Pairs within a group are ignored.
+    pub group: Option<String>,
+}
+
+/// A pair of bodies with a rule of its own. Bodies are given by place in [`SceneFile::bodies`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rule {
+    /// One body.
+    pub a: usize,
+    /// The other body.
+    pub b: usize,
+    /// What to compute for the pair.
+    pub interest: Interest,
+}
+
+/// Where a body is in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// The body, by place in [`SceneFile::bodies`].
+    pub body: usize,
+    /// Body frame to world.
+    pub rows: Rows,
+}
+
+impl SceneFile {
+    /// Reads a scene file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is not TOML or JSON, or does not describe a scene that this version can check.
+    pub fn read(path: &Path) -> Result<SceneFile, SceneFileError> {
+        let parse = match path.extension().map(|ending| ending.to_ascii_lowercase()) {
+            Some(ending) if ending == "json" => document::from_json,
+            Some(ending) if ending == "toml" => document::from_toml,
+            _ => return Err(SceneFileError::UnknownEnding { path: path.to_owned() }),
+        };
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| SceneFileError::Unreadable { path: path.to_owned(), source })?;
+        let document = parse(&text).map_err(|message| SceneFileError::Syntax { path: path.to_owned(), message })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        validate::scene(document, folder).map_err(|invalid| SceneFileError::Invalid { path: path.to_owned(), invalid })
+    }
+}

@@ -1,0 +1,313 @@
+//! The step channel of a scene: one thread that waits for its own wake-up and answers steps.
+
+use std::os::fd::{AsFd, OwnedFd};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::Instant;
+
+use collided_client::TransportError;
+use collided_client::transport::{
+    self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed,
+};
+use collided_kernel::{Clock, Transforms};
+use collided_protocol::limits::{MAX_BODIES, MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
+use collided_protocol::names::{reply_service, step_service, wake_service};
+use collided_protocol::report::ReportHeader;
+use collided_protocol::step::{MOTION_LINEAR, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, Word, id_words, step_words};
+use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, Node};
+
+use crate::kernel_errors;
+use crate::report_writer::{self, INITIAL_REPORT_WORDS};
+use crate::scene::{Scene, SharedScene};
+use crate::state::Daemon;
+
+/// Chunks of memory for reports: those that a client may hold while it has more steps under way, the one being written, and
+/// one that travels back.
+const REPORT_CHUNKS: usize = MAX_REPORTS_HELD + MAX_STEPS_IN_FLIGHT + 2;
+
+/// A scene and its thread. Dropping it ends both: a step under way is finished first.
+pub struct RunningScene {
+    /// The scene, for the connection of its client.
+    pub scene: Arc<SharedScene>,
+    stop: Option<OwnedFd>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the thread owns.
+struct SceneThread {
+    daemon: Arc<Daemon>,
+    scene: Arc<SharedScene>,
+    ports: Ports,
+    stopped: OwnedFd,
+    /// The ids of a sparse step, copied out of the client's reach.
+    ids: Vec<u32>,
+    clock: MonotonicClock,
+}
+
+/// The daemon's ports of a scene, with the services they belong to.
+struct Ports {
+    requests: StepServer,
+    wake: Listener,
+    reply: Notifier,
+    _services: (StepService, EventService, EventService),
+}
+
+struct MonotonicClock(Instant);
+
+impl Clock for MonotonicClock {
+    fn nanoseconds(&self) -> u64 {
+        self.0.elapsed().as_nanos() as u64
+    }
+}
+
+impl RunningScene {
+    /// Creates the services of scene `id` and starts its thread.
+    ///
+    /// # Errors
+    /// `OutOfMemory` when shared memory has no room, `Internal` when iceoryx2 or the system refuses.
+    pub fn start(daemon: &Arc<Daemon>, id: u32, scene: SharedScene) -> Result<RunningScene, WireError> {
+        check_memory()?;
+        let ports = Ports::create(&daemon.node, id).map_err(|error| internal(&error))?;
+        let (stop, stopped) = transport::stop_pair().map_err(|error| internal(&error))?;
+        let scene = Arc::new(scene);
+        let (daemon, thread_scene) = (Arc::clone(daemon), Arc::clone(&scene));
+        let clock = MonotonicClock(Instant::now());
+        let thread = SceneThread { daemon, scene: thread_scene, ports, stopped, ids: Vec::new(), clock };
+        let thread = thread::Builder::new()
+            .name(format!("scene-{id}"))
+            .spawn(move || thread.run())
+            .map_err(|error| internal(&error))?;
+        Ok(RunningScene { scene, stop: Some(stop), thread: Some(thread) })
+    }
+}
+
+impl Drop for RunningScene {
+    fn drop(&mut self) {
+        self.scene.end();
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("a scene's thread has panicked");
+        }
+    }
+}
+
+fn check_memory() -> Result<(), WireError> {
+    let bytes = REPORT_CHUNKS * INITIAL_REPORT_WORDS * size_of::<Word>();
+    transport::check_shared_memory(bytes as u64).map_err(|short| {
+        WireError::new(
+            ErrorCode::OutOfMemory,
+            format!(
+                "a scene needs {} bytes of shared memory with the reserve, and {} are free",
+                short.needed, short.free
+            ),
+            "enlarge /dev/shm, or drop other scenes",
+        )
+    })
+}
+
+fn internal(error: &dyn std::fmt::Display) -> WireError {
+    WireError::new(ErrorCode::Internal, format!("the scene cannot be started: {error}"), "look at the daemon's log")
+}
+
+impl Ports {
+    fn create(node: &Node<Service>, scene: u32) -> Result<Ports, TransportError> {
+        let steps = create_step_service(node, scene)?;
+        let wake = create_event_service(node, &wake_service(scene))?;
+        let reply = create_event_service(node, &reply_service(scene))?;
+        Ok(Ports {
+            requests: create_server(&steps)?,
+            wake: wake.listener_builder().create().map_err(failed("create a scene's wake event"))?,
+            reply: reply.notifier_builder().create().map_err(failed("create a scene's reply event"))?,
+            _services: (steps, wake, reply),
+        })
+    }
+}
+
+fn create_step_service(node: &Node<Service>, scene: u32) -> Result<StepService, TransportError> {
+    node.service_builder(&transport::service_name(&step_service(scene))?)
+        .request_response::<[Word], [Word]>()
+        .request_user_header::<StepHeader>()
+        .response_user_header::<ReportHeader>()
+        .max_clients(1)
+        .max_servers(1)
+        .max_nodes(2)
+        .max_active_requests_per_client(MAX_STEPS_IN_FLIGHT)
+        .max_loaned_requests(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(MAX_REPORTS_HELD)
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(false)
+        // A step whose client no longer waits for the report still moves the bodies.
+        .enable_fire_and_forget_requests(true)
+        .create()
+        .map_err(failed("create a scene's step service"))
+}
+
+fn create_server(steps: &StepService) -> Result<StepServer, TransportError> {
+    steps
+        .server_builder()
+        .initial_max_slice_len(INITIAL_REPORT_WORDS)
+        .allocation_strategy(AllocationStrategy::PowerOfTwo)
+        .max_loaned_responses_per_request(1)
+        .override_response_preallocation(|_| REPORT_CHUNKS)
+        // A client that is dead or gone must not hold the daemon up.
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .create()
+        .map_err(failed("create a scene's step server"))
+}
+
+fn create_event_service(node: &Node<Service>, name: &str) -> Result<EventService, TransportError> {
+    node.service_builder(&transport::service_name(name)?)
+        .event()
+        .max_notifiers(1)
+        .max_listeners(1)
+        .max_nodes(2)
+        .event_id_max_value(1)
+        .create()
+        .map_err(failed("create a scene's event service"))
+}
+
+impl SceneThread {
+    fn run(mut self) {
+        if let Err(error) = self.answer_until_stopped() {
+            tracing::error!(%error, "a scene's step channel failed");
+        }
+        // The client that waits for a report now learns that no server is left.
+        let Ports { requests, reply, .. } = self.ports;
+        drop(requests);
+        let _ = reply.notify();
+    }
+
+    fn answer_until_stopped(&mut self) -> Result<(), TransportError> {
+        loop {
+            self.answer_all()?;
+            if transport::wait(&self.ports.wake, self.stopped.as_fd(), None)? == Woken::HungUp {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Answers steps until none has come for a while.
+    fn answer_all(&mut self) -> Result<(), TransportError> {
+        let mut last = Instant::now();
+        while last.elapsed() < SPIN && !self.scene.has_ended() {
+            if let Some(active) = self.ports.requests.receive().map_err(failed("receive a step"))? {
+                self.answer(&active);
+                drop(active);
+                self.ports.reply.notify().map_err(failed("wake a client"))?;
+                last = Instant::now();
+            }
+            std::hint::spin_loop();
+        }
+        Ok(())
+    }
+
+    fn answer(&mut self, active: &StepActive) {
+        let start = Instant::now();
+        // The client can still write what it has sent: the header is copied, and the length asked for once.
+        let header: StepHeader = *active.user_header();
+        let words: &[Word] = active.payload();
+        let reply = report_writer::header(header.sequence, self.scene.count_step());
+        let scene = Arc::clone(&self.scene);
+        if let Err(error) = self.step(&mut scene.lock(), active, &header, words, reply, start) {
+            tracing::debug!(%error, "a step was refused");
+            if let Err(error) = report_writer::send_error(active, reply, &error) {
+                tracing::warn!(%error, "a step could not be answered");
+            }
+        }
+    }
+
+    fn step(
+        &mut self,
+        scene: &mut Scene,
+        active: &StepActive,
+        header: &StepHeader,
+        words: &[Word],
+        reply: ReportHeader,
+        start: Instant,
+    ) -> Result<(), WireError> {
+        check_header(header, words.len())?;
+        if scene.broken {
+            return Err(broken());
+        }
+        scene.refresh_objects(&self.daemon.databases);
+        let transforms = read_transforms(header, words, &mut self.ids);
+        let (pool, kernel, clock) = (&self.daemon.pool, &mut scene.kernel, &self.clock);
+        let outcome = catch_unwind(AssertUnwindSafe(move || pool.install(move || kernel.step(transforms, clock))));
+        let error = match outcome {
+            Ok(Ok(report)) => {
+                let written = Instant::now();
+                return report_writer::send_report(active, reply, &report, |times| {
+                    times.report = written.elapsed().as_nanos() as u64;
+                    times.total = start.elapsed().as_nanos() as u64;
+                });
+            }
+            Ok(Err(error)) => error,
+            Err(_) => {
+                scene.broken = true;
+                return Err(broken());
+            }
+        };
+        Err(kernel_errors::step_error(&error, |id| scene.body_name(id)))
+    }
+}
+
+fn check_header(header: &StepHeader, words: usize) -> Result<(), WireError> {
+    let bad = |fault: String, remedy: &str| Err(WireError::new(ErrorCode::BadStep, fault, remedy));
+    let StepHeader { protocol, kind, transform_count, candidate_count, motion, .. } = *header;
+    if protocol != PROTOCOL_VERSION {
+        return Err(WireError::new(
+            ErrorCode::ProtocolMismatch,
+            format!("the step is of protocol {protocol}, the scene of {PROTOCOL_VERSION}"),
+            "use client and daemon of the same release",
+        ));
+    }
+    if transform_count > MAX_BODIES {
+        return Err(WireError::new(
+            ErrorCode::LimitExceeded,
+            format!("the step has {transform_count} transforms, more than the limit of {MAX_BODIES} bodies"),
+            "split the scene",
+        ));
+    }
+    if kind != STEP_DENSE && kind != STEP_SPARSE {
+        return bad(format!("the step is of kind {kind}, which is not known"), "send a dense or a sparse step");
+    }
+    if candidate_count != 1 || motion != MOTION_LINEAR {
+        return bad(
+            format!("the step asks for {candidate_count} candidate poses and motion kind {motion}"),
+            "send one pose and linear motion: this version knows no other",
+        );
+    }
+    let needed = step_words(kind, transform_count as usize);
+    if words != needed {
+        return bad(
+            format!("the step's payload has {words} words, {transform_count} transforms take {needed}"),
+            "write as many words as the header says",
+        );
+    }
+    Ok(())
+}
+
+/// The transforms where the client wrote them, after [`check_header`]; the ids of a sparse step are copied.
+fn read_transforms<'a>(header: &StepHeader, words: &'a [Word], ids: &'a mut Vec<u32>) -> Transforms<'a> {
+    if header.kind == STEP_DENSE {
+        return Transforms::Dense(bytemuck::cast_slice::<Word, Rows>(words));
+    }
+    let count = header.transform_count as usize;
+    let (id_part, rows) = words.split_at(id_words(count));
+    ids.clear();
+    ids.extend_from_slice(&bytemuck::cast_slice::<Word, u32>(id_part)[..count]);
+    Transforms::Sparse { bodies: ids, rows: bytemuck::cast_slice(rows) }
+}
+
+fn broken() -> WireError {
+    WireError::new(
+        ErrorCode::Internal,
+        "a step failed inside the daemon, and the scene can no longer be stepped",
+        "create the scene again, and report this as a bug with the scene",
+    )
+}

@@ -1,0 +1,91 @@
+//! Two bodies, or two triangles, in the kernel, and what it says of them in the words of the protocol.
+
+use std::sync::Arc;
+
+use collided_kernel::{BodyId, Effects, NoClock, Object, Report, Scene, StepError, Transforms, Verdict, polygon_test};
+use collided_protocol::report::Relation;
+use collided_protocol::step::Rows;
+use glam::DVec3;
+
+use crate::oracle::Triangle;
+
+/// How two closed triangles meet, as the kernel sees it.
+pub fn triangles(a: &Triangle, b: &Triangle) -> Relation {
+    relation(polygon_test::triangles(&a.map(DVec3::from), &b.map(DVec3::from)))
+}
+
+/// A relation of the kernel in the words of the protocol.
+pub fn relation(relation: Option<collided_kernel::Relation>) -> Relation {
+    match relation {
+        None => Relation::None,
+        Some(collided_kernel::Relation::Touch) => Relation::Touch,
+        Some(collided_kernel::Relation::Coplanar) => Relation::Coplanar,
+        Some(collided_kernel::Relation::Cross) => Relation::Cross,
+    }
+}
+
+/// A scene of two bodies.
+pub struct KernelPair {
+    scene: Scene,
+    bodies: [BodyId; 2],
+}
+
+/// What a report says of the two bodies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outcome {
+    /// Whether the pair is interfering; the alternative is proven clear.
+    pub interfering: bool,
+    /// Strongest relation of the polygon pairs; [`Relation::None`] when not asked for.
+    pub relation: Relation,
+    /// Polygon of the first body, of the second, and how they meet; empty when not asked for.
+    pub polygon_pairs: Vec<(u32, u32, Relation)>,
+}
+
+impl Outcome {
+    /// What the same bodies give when the second one is named first.
+    pub fn swapped(mut self) -> Outcome {
+        self.polygon_pairs.iter_mut().for_each(|(a, b, _)| std::mem::swap(a, b));
+        self.polygon_pairs.sort_unstable();
+        self
+    }
+}
+
+impl KernelPair {
+    /// The two objects, placed by the identity.
+    pub fn new(a: &Arc<Object>, b: &Arc<Object>, effects: Effects) -> KernelPair {
+        let mut scene = Scene::new(effects);
+        let bodies = [a, b].map(|object| scene.add_body(Arc::clone(object), None));
+        KernelPair { scene, bodies }
+    }
+
+    /// One step, in the current rayon pool.
+    ///
+    /// # Errors
+    /// Those of [`Scene::step`].
+    ///
+    /// # Panics
+    /// When the report is not about the two bodies, or leaves the pair open.
+    pub fn step(&mut self, rows_a: Rows, rows_b: Rows) -> Result<Outcome, StepError> {
+        let report = self.scene.step(Transforms::Dense(&[rows_a, rows_b]), &NoClock)?;
+        Ok(outcome(&report, self.bodies))
+    }
+}
+
+fn outcome(report: &Report<'_>, bodies: [BodyId; 2]) -> Outcome {
+    let [pair] = report.pairs() else {
+        assert!(report.pairs().is_empty(), "two bodies are one pair, not {}", report.pairs().len());
+        return Outcome { interfering: false, relation: Relation::None, polygon_pairs: Vec::new() };
+    };
+    assert_eq!([pair.a, pair.b], bodies);
+    assert_eq!(
+        pair.verdict,
+        Verdict::Interfering,
+        "at full accuracy nothing stays open, and what is clear is not listed"
+    );
+    let found = report.polygon_pairs(pair).iter();
+    Outcome {
+        interfering: true,
+        relation: relation(pair.relation),
+        polygon_pairs: found.map(|found| (found.a, found.b, relation(Some(found.relation)))).collect(),
+    }
+}
