@@ -36,7 +36,9 @@ impl Crowd {
         let steps = crowd::moving(count, 20, 0.8, 7);
         let steps = steps.into_iter().map(|step| step.into_iter().map(scaled).collect()).collect();
         let mut scene = Scene::new(effects);
-        (0..count).for_each(|_| drop(scene.add_body(Arc::clone(&bunny), None)));
+        (0..count).for_each(|_| {
+            scene.add_body(Arc::clone(&bunny), None);
+        });
         Crowd { scene, steps, next: 0, clock: Monotonic(Instant::now()) }
     }
 

@@ -6,32 +6,17 @@ use collided_tests::oracle::{self, Surface};
 fn triangle_pairs(a: Surface<'_>, b: Surface<'_>) -> Vec<TrianglePair> {
     let number = |count: usize| (0..count as u32).collect::<Vec<_>>();
     let (each_a, each_b) = (number(a.triangles.len()), number(b.triangles.len()));
-    oracle::polygon_pairs(
-        Surface {
-            polygon_of: &each_a,
-            ..a
-        },
-        Surface {
-            polygon_of: &each_b,
-            ..b
-        },
-    )
-    .into_iter()
-    .map(|(a, b, relation)| TrianglePair(a, b, relation))
-    .collect()
+    oracle::polygon_pairs(Surface { polygon_of: &each_a, ..a }, Surface { polygon_of: &each_b, ..b })
+        .into_iter()
+        .map(|(a, b, relation)| TrianglePair(a, b, relation))
+        .collect()
 }
 
 fn check(case: &Case, answer: &Answer) {
     let world_a = oracle::world_vertices(&case.rows_a, &case.a.vertices);
     let world_b = oracle::world_vertices(&case.rows_b, &case.b.vertices);
     let (a, b) = (case.a.surface(&world_a), case.b.surface(&world_b));
-    assert_eq!(
-        triangle_pairs(a, b),
-        answer.triangle_pairs,
-        "{}: {}",
-        case.id,
-        case.why
-    );
+    assert_eq!(triangle_pairs(a, b), answer.triangle_pairs, "{}: {}", case.id, case.why);
     let pairs = oracle::polygon_pairs(a, b);
     assert_eq!(pairs, case.polygon_relations(answer), "{}", case.id);
     assert_eq!(oracle::strongest(&pairs), answer.relation, "{}", case.id);
@@ -62,15 +47,7 @@ fn cubes_that_other_libraries_get_wrong() {
 #[test]
 fn triangles_that_other_libraries_get_wrong() {
     for (a, b) in hardcases::apart_triangles() {
-        assert_eq!(
-            oracle::triangles(&a, &b),
-            oracle::Relation::None,
-            "{a:?} with {b:?}"
-        );
-        assert_eq!(
-            oracle::triangles(&b, &a),
-            oracle::Relation::None,
-            "{b:?} with {a:?}"
-        );
+        assert_eq!(oracle::triangles(&a, &b), oracle::Relation::None, "{a:?} with {b:?}");
+        assert_eq!(oracle::triangles(&b, &a), oracle::Relation::None, "{b:?} with {a:?}");
     }
 }

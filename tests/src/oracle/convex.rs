@@ -22,10 +22,7 @@ struct HalfSpace {
 impl HalfSpace {
     /// Bounded by the plane through `point`, on the side that `normal` points to.
     fn through(point: &Vector, normal: Vector) -> HalfSpace {
-        HalfSpace {
-            offset: dot(&normal, point),
-            normal,
-        }
+        HalfSpace { offset: dot(&normal, point), normal }
     }
 
     /// Positive inside, zero on the boundary; proportional to the depth with a factor that is the point's own.
@@ -52,19 +49,13 @@ impl HalfSpace {
 }
 
 fn opposite(a: &BigInt, b: &BigInt) -> bool {
-    matches!(
-        (a.sign(), b.sign()),
-        (Sign::Plus, Sign::Minus) | (Sign::Minus, Sign::Plus)
-    )
+    matches!((a.sign(), b.sign()), (Sign::Plus, Sign::Minus) | (Sign::Minus, Sign::Plus))
 }
 
 /// The point of the boundary on the segment from `p` to `q`, whose depths have opposite signs.
 fn between(p: &Point, depth_p: &BigInt, q: &Point, depth_q: &BigInt) -> Point {
     let (weight_p, weight_q) = (depth_q.magnitude(), depth_p.magnitude());
-    let (weight_p, weight_q) = (
-        BigInt::from(weight_p.clone()),
-        BigInt::from(weight_q.clone()),
-    );
+    let (weight_p, weight_q) = (BigInt::from(weight_p.clone()), BigInt::from(weight_q.clone()));
     let mix = |p: &BigInt, q: &BigInt| p * &weight_p + q * &weight_q;
     Point {
         numerators: [0, 1, 2].map(|i| mix(&p.numerators[i], &q.numerators[i])),
@@ -75,10 +66,7 @@ fn between(p: &Point, depth_p: &BigInt, q: &Point, depth_q: &BigInt) -> Point {
 /// The hull of three points: a triangle, a segment or a point.
 pub enum ConvexHull {
     /// Three corners, not on one line, and a vector perpendicular to their plane.
-    Triangle {
-        corners: [Vector; 3],
-        normal: Vector,
-    },
+    Triangle { corners: [Vector; 3], normal: Vector },
     /// Its two ends.
     Segment([Vector; 2]),
     /// The point.
@@ -88,29 +76,17 @@ pub enum ConvexHull {
 impl ConvexHull {
     /// Of three points, which may be on one line or all the same.
     pub fn new(points: &[IntegerPoint]) -> ConvexHull {
-        let [a, b, c] = points else {
-            unreachable!("a triangle has three corners")
-        };
+        let [a, b, c] = points else { unreachable!("a triangle has three corners") };
         let normal = cross(&minus(b, a), &minus(c, a));
         if !is_zero(&normal) {
-            return ConvexHull::Triangle {
-                corners: [a.clone(), b.clone(), c.clone()],
-                normal,
-            };
+            return ConvexHull::Triangle { corners: [a.clone(), b.clone(), c.clone()], normal };
         }
         let length = |[p, q]: &[&Vector; 2]| {
             let along = minus(q, p);
             dot(&along, &along)
         };
-        let [p, q] = [[a, b], [b, c], [c, a]]
-            .into_iter()
-            .max_by_key(length)
-            .unwrap_or([a, a]);
-        if p == q {
-            ConvexHull::Point([p.clone()])
-        } else {
-            ConvexHull::Segment([p.clone(), q.clone()])
-        }
+        let [p, q] = [[a, b], [b, c], [c, a]].into_iter().max_by_key(length).unwrap_or([a, a]);
+        if p == q { ConvexHull::Point([p.clone()]) } else { ConvexHull::Segment([p.clone(), q.clone()]) }
     }
 
     /// 0 for a point, 1 for a segment, 2 for a triangle of positive area.
@@ -127,10 +103,7 @@ impl ConvexHull {
     }
 
     fn polygon(&self) -> Vec<Point> {
-        let point = |corner: &Vector| Point {
-            numerators: corner.clone(),
-            denominator: 1.into(),
-        };
+        let point = |corner: &Vector| Point { numerators: corner.clone(), denominator: 1.into() };
         self.corners().iter().map(point).collect()
     }
 
@@ -148,10 +121,7 @@ impl ConvexHull {
         let through = &self.corners()[0];
         let both = |normal: Vector| {
             let opposite = [0, 1, 2].map(|i| -&normal[i]);
-            [
-                HalfSpace::through(through, normal),
-                HalfSpace::through(through, opposite),
-            ]
+            [HalfSpace::through(through, normal), HalfSpace::through(through, opposite)]
         };
         normals.into_iter().flat_map(both).collect()
     }
@@ -159,17 +129,11 @@ impl ConvexHull {
     /// Half-spaces that bound the hull within [`flat`](Self::flat).
     fn sides(&self) -> Vec<HalfSpace> {
         match self {
-            ConvexHull::Triangle {
-                corners: [a, b, c],
-                normal,
-            } => [(a, b), (b, c), (c, a)]
-                .map(|(p, q)| HalfSpace::through(p, cross(normal, &minus(q, p))))
-                .into(),
+            ConvexHull::Triangle { corners: [a, b, c], normal } => {
+                [(a, b), (b, c), (c, a)].map(|(p, q)| HalfSpace::through(p, cross(normal, &minus(q, p)))).into()
+            }
             ConvexHull::Segment([p, q]) => {
-                vec![
-                    HalfSpace::through(p, minus(q, p)),
-                    HalfSpace::through(q, minus(p, q)),
-                ]
+                vec![HalfSpace::through(p, minus(q, p)), HalfSpace::through(q, minus(p, q))]
             }
             ConvexHull::Point(_) => Vec::new(),
         }
@@ -178,38 +142,24 @@ impl ConvexHull {
     /// The common part of the two hulls, as corners in order; empty when they are apart.
     pub fn clipped_by(&self, other: &ConvexHull) -> Vec<Point> {
         let on_flat = clip_by_all(self.polygon(), &other.flat());
-        if on_flat.is_empty() {
-            on_flat
-        } else {
-            clip_by_all(on_flat, &other.sides())
-        }
+        if on_flat.is_empty() { on_flat } else { clip_by_all(on_flat, &other.sides()) }
     }
 
     /// Whether each side of this hull has one of `points` strictly inside, none of them being outside.
     pub fn sides_hold_inside(&self, points: &[Point]) -> bool {
-        let strictly_inside = |side: &HalfSpace| {
-            points
-                .iter()
-                .any(|point| side.depth(point).sign() == Sign::Plus)
-        };
+        let strictly_inside = |side: &HalfSpace| points.iter().any(|point| side.depth(point).sign() == Sign::Plus);
         self.sides().iter().all(strictly_inside)
     }
 
     /// Whether all of this hull is in the plane, line or point that the other one spans.
     pub fn lies_in_plane_of(&self, other: &ConvexHull) -> bool {
         let polygon = self.polygon();
-        other.flat().iter().all(|half| {
-            polygon
-                .iter()
-                .all(|point| half.depth(point) == BigInt::ZERO)
-        })
+        other.flat().iter().all(|half| polygon.iter().all(|point| half.depth(point) == BigInt::ZERO))
     }
 }
 
 fn clip_by_all(polygon: Vec<Point>, half_spaces: &[HalfSpace]) -> Vec<Point> {
-    half_spaces
-        .iter()
-        .fold(polygon, |rest, half_space| half_space.clip(&rest))
+    half_spaces.iter().fold(polygon, |rest, half_space| half_space.clip(&rest))
 }
 
 fn axes() -> [Vector; 3] {

@@ -13,10 +13,7 @@ pub fn on_common_scale<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> Vec<In
     let parts: Vec<[Parts; 3]> = points.map(|point| point.map(Parts::of)).collect();
     let nonzero = parts.iter().flatten().filter(|parts| parts.mantissa != 0);
     let scale = nonzero.map(|parts| parts.exponent).min().unwrap_or(0);
-    parts
-        .into_iter()
-        .map(|point| point.map(|parts| parts.scaled(scale)))
-        .collect()
+    parts.into_iter().map(|point| point.map(|parts| parts.scaled(scale))).collect()
 }
 
 /// `mantissa · 2^exponent`, the mantissa odd or zero.
@@ -27,30 +24,16 @@ struct Parts {
 
 impl Parts {
     fn of(value: f64) -> Parts {
-        assert!(
-            value.is_finite(),
-            "the oracle takes finite coordinates only, not {value}"
-        );
+        assert!(value.is_finite(), "the oracle takes finite coordinates only, not {value}");
         let bits = value.to_bits();
         let fraction = (bits & ((1 << 52) - 1)) as i64;
         let (magnitude, exponent) = match (bits >> 52 & 0x7ff) as i32 {
             0 => (fraction, -1074),
             biased => (fraction | 1 << 52, biased - 1075),
         };
-        let mantissa = if value.is_sign_negative() {
-            -magnitude
-        } else {
-            magnitude
-        };
-        let zeros = if mantissa == 0 {
-            0
-        } else {
-            mantissa.trailing_zeros()
-        };
-        Parts {
-            mantissa: mantissa >> zeros,
-            exponent: exponent + zeros as i32,
-        }
+        let mantissa = if value.is_sign_negative() { -magnitude } else { magnitude };
+        let zeros = if mantissa == 0 { 0 } else { mantissa.trailing_zeros() };
+        Parts { mantissa: mantissa >> zeros, exponent: exponent + zeros as i32 }
     }
 
     /// The value divided by `2^scale`; `scale` is at most the exponent, or the value is zero.
@@ -81,14 +64,8 @@ mod tests {
     fn the_whole_range_of_f64_is_exact() {
         let smallest = f64::from_bits(1);
         let largest = BigInt::from((1i64 << 53) - 1) << (971 + 1074);
-        assert_eq!(
-            scaled([smallest, f64::MAX, -1.0]),
-            [BigInt::from(1), largest, BigInt::from(-1) << 1074]
-        );
-        assert_eq!(
-            scaled([f64::MIN_POSITIVE, smallest, 0.0])[0],
-            BigInt::from(1i64 << 52)
-        );
+        assert_eq!(scaled([smallest, f64::MAX, -1.0]), [BigInt::from(1), largest, BigInt::from(-1) << 1074]);
+        assert_eq!(scaled([f64::MIN_POSITIVE, smallest, 0.0])[0], BigInt::from(1i64 << 52));
     }
 
     #[test]

@@ -26,10 +26,7 @@ pub fn triangles(a: &Triangle, b: &Triangle) -> Relation {
         return Relation::None;
     }
     let corners = integers::on_common_scale(a.iter().chain(b));
-    relation(
-        &ConvexHull::new(&corners[..3]),
-        &ConvexHull::new(&corners[3..]),
-    )
+    relation(&ConvexHull::new(&corners[..3]), &ConvexHull::new(&corners[3..]))
 }
 
 fn relation(a: &ConvexHull, b: &ConvexHull) -> Relation {
@@ -43,11 +40,7 @@ fn relation(a: &ConvexHull, b: &ConvexHull) -> Relation {
     if !(areas && a.sides_hold_inside(&common) && b.sides_hold_inside(&common)) {
         return Relation::Touch;
     }
-    if a.lies_in_plane_of(b) {
-        Relation::Coplanar
-    } else {
-        Relation::Cross
-    }
+    if a.lies_in_plane_of(b) { Relation::Coplanar } else { Relation::Cross }
 }
 
 /// Comparing f64 is exact, so boxes that are apart prove that the triangles are.

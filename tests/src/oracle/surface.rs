@@ -20,8 +20,7 @@ pub struct Surface<'a> {
 
 /// World vertices: `((m0*x + m1*y) + m2*z) + m3` per row, in f64, rounded to nearest at every operation.
 pub fn world_vertices(rows: &Rows, vertices: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let world =
-        |[x, y, z]: &[f64; 3]| rows.map(|[m0, m1, m2, m3]| ((m0 * x + m1 * y) + m2 * z) + m3);
+    let world = |[x, y, z]: &[f64; 3]| rows.map(|[m0, m1, m2, m3]| ((m0 * x + m1 * y) + m2 * z) + m3);
     vertices.iter().map(world).collect()
 }
 
@@ -39,17 +38,10 @@ pub fn polygon_pairs(a: Surface<'_>, b: Surface<'_>) -> Vec<(u32, u32, Relation)
             }
         }
     }
-    strongest
-        .into_iter()
-        .map(|((a, b), relation)| (a, b, relation))
-        .collect()
+    strongest.into_iter().map(|((a, b), relation)| (a, b, relation)).collect()
 }
 
 /// The strongest relation of some polygon pairs; [`Relation::None`] when there are none.
 pub fn strongest(pairs: &[(u32, u32, Relation)]) -> Relation {
-    pairs
-        .iter()
-        .map(|&(_, _, relation)| relation)
-        .max()
-        .unwrap_or(Relation::None)
+    pairs.iter().map(|&(_, _, relation)| relation).max().unwrap_or(Relation::None)
 }
