@@ -3,20 +3,16 @@
 use collided_client::{Client, Effect, Error, IDENTITY};
 
 fn main() -> Result<(), Error> {
-    let mesh = std::env::args().nth(1).unwrap_or_else(|| "bunny.obj".to_owned());
+    let mesh = std::env::args().nth(1).unwrap_or_else(|| "daemon/meshes/spot.obj".to_owned());
     let client = Client::connect()?;
-    let object = client.database("first").loading("object").replace(true).file(mesh)?;
+    let cow = client.database("first").loading("cow").replace(true).file(mesh)?;
     let mut scene = client.scene("first").effects([Effect::PolygonPairs]).create()?;
-    scene.add_body("left", &object)?;
-    scene.add_body("right", &object)?;
-    for pair in scene.step(&[IDENTITY, IDENTITY])?.pairs() {
-        println!(
-            "{} and {}: {}, {} polygon pairs",
-            pair.a(),
-            pair.b(),
-            pair.verdict().name(),
-            pair.polygon_pairs().len()
-        );
+    scene.add_body("left", &cow)?;
+    scene.add_body("right", &cow)?;
+    let moved = [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    for pair in scene.step(&[IDENTITY, moved])?.pairs() {
+        let polygons = pair.polygon_pairs().len();
+        println!("{} and {}: {}, {polygons} polygon pairs", pair.a(), pair.b(), pair.verdict().name());
     }
     Ok(())
 }

@@ -12,7 +12,7 @@ use collided_protocol::{ErrorCode, WireError};
 pub enum Error {
     /// No daemon of that instance answered in time.
     #[error(
-        "no daemon of instance {instance:?} answered at {directory} within {waited:?} ({reason}); \
+        "no daemon of instance {instance:?} answered at {directory} within {waited:.1?} ({reason}); \
          start one with `collided serve --instance {instance}`, or set the same XDG_RUNTIME_DIR for both",
         directory = directory.display()
     )]
@@ -59,7 +59,7 @@ pub enum Error {
         client: String,
     },
     /// The answer did not come in time. A step's report may still be collected from its [`Pending`](crate::Pending).
-    #[error("no answer within {waited:?}; wait longer, or ask for less")]
+    #[error("no answer within {waited:.1?}; wait longer, or ask for less")]
     Deadline {
         /// How long was waited.
         waited: Duration,

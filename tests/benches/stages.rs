@@ -31,7 +31,7 @@ struct Crowd {
 impl Crowd {
     fn new(count: usize, effects: Effects) -> Crowd {
         let bunny = meshes::shipped("low_poly_bunny", None);
-        let size = 1.0 / longest_side(&bunny);
+        let size = 1.0 / meshes::longest_side(&bunny);
         let scaled = |rows: Rows| rows.map(|[x, y, z, t]| [size * x, size * y, size * z, t]);
         let steps = crowd::moving(count, 20, 0.8, 7);
         let steps = steps.into_iter().map(|step| step.into_iter().map(scaled).collect()).collect();
@@ -47,11 +47,6 @@ impl Crowd {
         let report = self.scene.step(Transforms::Dense(&self.steps[self.next]), &self.clock);
         *black_box(report.expect("good transforms")).times()
     }
-}
-
-fn longest_side(object: &Object) -> f64 {
-    let container = object.container().expect("the mesh has polygons");
-    (0..3).fold(0.0, |longest, axis| f64::max(longest, container.max[axis] - container.min[axis]))
 }
 
 /// A pool of so many threads, as the daemon has.

@@ -36,3 +36,12 @@ pub fn build(mesh: PolygonMesh, order: Option<u32>) -> Arc<Object> {
 pub fn shipped(name: &str, order: Option<u32>) -> Arc<Object> {
     build(read(&path(name)), order)
 }
+
+/// The longest side of an object's container, in its own length unit.
+///
+/// # Panics
+/// When the object has no polygon.
+pub fn longest_side(object: &Object) -> f64 {
+    let container = object.container().expect("the object has polygons");
+    (0..3).fold(0.0, |longest, axis| f64::max(longest, container.max[axis] - container.min[axis]))
+}
