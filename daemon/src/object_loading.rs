@@ -1,16 +1,18 @@
-//! Objects from mesh files and from memory: read here, built in the pool.
+//! Objects from mesh files and from memory: read here, built within the budget.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
-use collided_kernel::{Object, ObjectError, PolygonMesh};
+use collided_kernel::{Object, ObjectError, PolygonMesh, Workforce};
 use collided_protocol::control::{ObjectInfo, Target};
 use collided_protocol::{ErrorCode, WireError};
 
+use crate::budget::Slot;
 use crate::state::Daemon;
 use crate::{kernel_errors, mesh_file};
 
@@ -70,7 +72,7 @@ enum Event {
     Panicked,
 }
 
-/// Builds an object in the pool, and puts it into its database.
+/// Builds an object within the budget, and puts it into its database.
 ///
 /// # Errors
 /// What the kernel finds wrong with the mesh, and `DuplicateObject`.
@@ -81,12 +83,15 @@ pub fn build(
     progress: Progress<'_>,
 ) -> Result<ObjectInfo, WireError> {
     let (events, received) = channel();
-    let order = target.order;
-    daemon.pool.spawn(move || {
-        let told = BuildProgress { started: Instant::now(), intervals_told: AtomicU64::new(0), events: events.clone() };
+    let (order, building) = (target.order, Arc::clone(daemon));
+    let build = move || {
+        let slot = building.budget.slot();
+        let (started, intervals_told) = (Instant::now(), AtomicU64::new(0));
+        let told = BuildProgress { slot, started, intervals_told, events: events.clone() };
         let built = catch_unwind(AssertUnwindSafe(|| Object::build(mesh, order, &told)));
         let _ = events.send(built.map_or(Event::Panicked, |built| Event::Built(Box::new(built))));
-    });
+    };
+    thread::Builder::new().name("build".to_owned()).spawn(build).map_err(|error| no_thread(target, &error))?;
     let mut last = (0, 0);
     loop {
         match received.recv_timeout(HEARTBEAT) {
@@ -110,14 +115,33 @@ fn build_failed(target: &Target) -> WireError {
     )
 }
 
-/// Passes the kernel's progress on, at most once an interval: a worker must not wait for a client's socket.
-struct BuildProgress {
+fn no_thread(target: &Target, error: &std::io::Error) -> WireError {
+    WireError::new(
+        ErrorCode::OutOfMemory,
+        format!("no thread to build object {:?} of database {:?}: {error}", target.object, target.database),
+        "end other work on this host, and try again",
+    )
+}
+
+/// Builds within the budget, and passes the kernel's progress on, at most once an interval: a worker must not wait for a client's socket.
+struct BuildProgress<'b> {
+    slot: Slot<'b>,
     started: Instant,
     intervals_told: AtomicU64,
     events: Sender<Event>,
 }
 
-impl collided_kernel::Progress for BuildProgress {
+impl Workforce for BuildProgress<'_> {
+    fn threads(&self) -> usize {
+        self.slot.threads()
+    }
+
+    fn share(&self, job: &mut (dyn FnMut() + Send)) {
+        self.slot.share(job);
+    }
+}
+
+impl collided_kernel::Progress for BuildProgress<'_> {
     fn advanced(&self, done: u64, total: u64) {
         let interval = (self.started.elapsed().as_millis() / PROGRESS_INTERVAL.as_millis()) as u64;
         if self.intervals_told.fetch_max(interval, Ordering::Relaxed) < interval {

@@ -10,7 +10,7 @@ use collided_client::TransportError;
 use collided_client::transport::{
     self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed,
 };
-use collided_kernel::{Clock, Transforms};
+use collided_kernel::Transforms;
 use collided_protocol::limits::{MAX_BODIES, MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::names::{reply_service, step_service, wake_service};
 use collided_protocol::report::ReportHeader;
@@ -43,7 +43,6 @@ struct SceneThread {
     stopped: OwnedFd,
     /// The ids of a sparse step, copied out of the client's reach.
     ids: Vec<u32>,
-    clock: MonotonicClock,
 }
 
 /// The daemon's ports of a scene, with the services they belong to.
@@ -52,14 +51,6 @@ struct Ports {
     wake: Listener,
     reply: Notifier,
     _services: (StepService, EventService, EventService),
-}
-
-struct MonotonicClock(Instant);
-
-impl Clock for MonotonicClock {
-    fn nanoseconds(&self) -> u64 {
-        self.0.elapsed().as_nanos() as u64
-    }
 }
 
 impl RunningScene {
@@ -73,8 +64,7 @@ impl RunningScene {
         let (stop, stopped) = transport::stop_pair().map_err(|error| internal(&error))?;
         let scene = Arc::new(scene);
         let (daemon, thread_scene) = (Arc::clone(daemon), Arc::clone(&scene));
-        let clock = MonotonicClock(Instant::now());
-        let thread = SceneThread { daemon, scene: thread_scene, ports, stopped, ids: Vec::new(), clock };
+        let thread = SceneThread { daemon, scene: thread_scene, ports, stopped, ids: Vec::new() };
         let thread = thread::Builder::new()
             .name(format!("scene-{id}"))
             .spawn(move || thread.run())
@@ -236,8 +226,13 @@ impl SceneThread {
         }
         scene.refresh_objects(&self.daemon.databases);
         let transforms = read_transforms(header, words, &mut self.ids);
-        let (pool, kernel, clock) = (&self.daemon.pool, &mut scene.kernel, &self.clock);
-        let outcome = catch_unwind(AssertUnwindSafe(move || pool.install(move || kernel.step(transforms, clock))));
+        let slot = self.daemon.budget.slot();
+        let kernel = &mut scene.kernel;
+        let step = || {
+            let kernel = kernel;
+            kernel.step(transforms, &slot)
+        };
+        let outcome = catch_unwind(AssertUnwindSafe(step));
         let error = match outcome {
             Ok(Ok(report)) => {
                 let written = Instant::now();

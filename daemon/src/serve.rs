@@ -9,6 +9,7 @@ use collided_client::transport;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
+use crate::budget::Budget;
 use crate::cleaner::Cleaner;
 use crate::control;
 use crate::rendezvous::{Claim, ClaimError};
@@ -76,12 +77,8 @@ pub fn run(settings: &Settings) -> Result<(), ServeError> {
 
 fn start(settings: &Settings, claim: &Claim) -> Result<Arc<Daemon>, ServeError> {
     let threads = settings.threads;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|index| format!("worker-{index}"))
-        .build()
-        .map_err(|cause| ServeError::Workers { threads, cause })?;
+    let budget = Budget::new(threads).map_err(|cause| ServeError::Workers { threads, cause })?;
     let node = Arc::new(transport::create_node(&claim.rendezvous())?);
     let cleaner = Cleaner::start(Arc::clone(&node)).map_err(system("start the cleaning thread"))?;
-    Ok(Arc::new(Daemon::new(pool, node, cleaner, claim.epoch().to_owned())))
+    Ok(Arc::new(Daemon::new(budget, node, cleaner, claim.epoch().to_owned())))
 }

@@ -10,14 +10,15 @@ use collided_client::transport::Service;
 use collided_protocol::control::{ClientStatus, SceneStatus, Status};
 use iceoryx2::prelude::Node;
 
+use crate::budget::Budget;
 use crate::cleaner::Cleaner;
 use crate::database::Databases;
 use crate::scene::SharedScene;
 
 /// The daemon.
 pub struct Daemon {
-    /// The geometry of all scenes and all builds runs here.
-    pub pool: rayon::ThreadPool,
+    /// The geometry of all scenes and all builds takes its turn here.
+    pub budget: Budget,
     /// The daemon's iceoryx2 node.
     pub node: Arc<Node<Service>>,
     /// The objects.
@@ -46,9 +47,9 @@ struct ListedScene {
 
 impl Daemon {
     /// A daemon without clients.
-    pub fn new(pool: rayon::ThreadPool, node: Arc<Node<Service>>, cleaner: Cleaner, epoch: String) -> Daemon {
+    pub fn new(budget: Budget, node: Arc<Node<Service>>, cleaner: Cleaner, epoch: String) -> Daemon {
         Daemon {
-            pool,
+            budget,
             node,
             databases: Databases::default(),
             cleaner,
@@ -123,7 +124,7 @@ impl Daemon {
             pid: std::process::id(),
             epoch: self.epoch.clone(),
             uptime_seconds: self.started.elapsed().as_secs_f64(),
-            threads: self.pool.current_num_threads() as u32,
+            threads: self.budget.threads() as u32,
             objects: objects.len() as u64,
             object_memory: objects.iter().map(|object| object.memory).sum(),
             clients: self.clients().values().map(|client| client.status.clone()).collect(),

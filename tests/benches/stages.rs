@@ -6,13 +6,15 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use collided_kernel::{Clock, Effects, Object, Rows, Scene, StageTimes, Transforms, polygon_test};
+use collided_kernel::{Clock, Effects, Object, Rows, Scene, StageTimes, Transforms, Workforce, polygon_test};
 use collided_tests::crowd::{self, Random};
 use collided_tests::meshes;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 
 struct Monotonic(Instant);
+
+impl Workforce for Monotonic {}
 
 impl Clock for Monotonic {
     fn nanoseconds(&self) -> u64 {

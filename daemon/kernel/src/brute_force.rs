@@ -31,7 +31,7 @@ pub fn polygon_pairs(a: &Object, rows_a: &Rows, b: &Object, rows_b: &Rows) -> Ve
             }
         }
     }
-    order(&mut found);
+    order(&mut found, &());
     found.iter().map(PolygonPair::from).collect()
 }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::report::{PolygonPair, Relation};
+use crate::workforce::Workforce;
 
 /// A set of effects. What is not asked for is not computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -45,13 +46,13 @@ pub(crate) struct Found {
 
 /// Orders what the workers found, so that nothing of how they shared the work can be observed, and keeps each polygon pair
 /// once, with its strongest relation.
-pub(crate) fn order(found: &mut Vec<Found>) {
+pub(crate) fn order(found: &mut Vec<Found>, workforce: &(impl Workforce + ?Sized)) {
     /// Fewer are sorted sooner than another thread wakes up.
     const WORTH_SHARING: usize = 1 << 14;
     if found.len() < WORTH_SHARING {
         found.sort_unstable();
     } else {
-        found.par_sort_unstable();
+        workforce.share(&mut || found.par_sort_unstable());
     }
     found.dedup_by(|next, kept| {
         let same = (next.pair, next.a, next.b) == (kept.pair, kept.a, kept.b);

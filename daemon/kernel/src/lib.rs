@@ -45,6 +45,7 @@ pub mod effects;
 pub mod report;
 
 pub mod step;
+pub mod workforce;
 pub mod brute_force;
 
 pub use affine::Rows;
@@ -57,3 +58,4 @@ pub use object::{Object, ObjectError, Progress};
 pub use report::{Level, PairResult, PolygonPair, Relation, Report, StageCounts, StageTimes, Verdict};
 pub use scene::{BodyId, Scene, StepError, Transforms, UnknownBody};
 pub use step::{Clock, NoClock};
+pub use workforce::Workforce;

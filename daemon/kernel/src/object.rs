@@ -4,6 +4,7 @@ use crate::container::{Container, MAX_ORDER};
 use crate::mesh::PolygonMesh;
 use crate::triangulation::triangulate;
 use crate::voxel_matrix::{VoxelMatrix, automatic_order};
+use crate::workforce::Workforce;
 
 /// The most vertices, polygons or corners of one object.
 pub const MAX_ELEMENTS: usize = 1 << 30;
@@ -23,8 +24,8 @@ pub struct Object {
     reach: [f64; 3],
 }
 
-/// Told how far a build has come, from worker threads. `&()` listens to nothing.
-pub trait Progress: Sync {
+/// Does the work of a build, and is told how far it has come, from worker threads. `&()` listens to nothing.
+pub trait Progress: Workforce {
     /// `done` of `total` parts of the work. Threads report as they finish, so `done` may come out of order.
     fn advanced(&self, done: u64, total: u64);
 }
@@ -110,7 +111,7 @@ pub enum ObjectError {
 }
 
 impl Object {
-    /// Checks the polygons, cuts them into triangles and builds the voxel matrix, in the current rayon pool.
+    /// Checks the polygons, cuts them into triangles and builds the voxel matrix.
     ///
     /// `order` is the order M of the matrix, 0 to [`MAX_ORDER`]; `None` chooses it from the polygons. Fewer halvings are made
     /// where f64 cannot split the container any more. A mesh without polygons is allowed; it never interferes.

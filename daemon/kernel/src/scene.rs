@@ -197,7 +197,7 @@ impl Scene {
         self.index(body).ok().map(|at| &self.bodies[at].object)
     }
 
-    /// One step, in the current rayon pool: transforms in, report out.
+    /// One step: transforms in, report out. What can be shared is done by the clock's [`Workforce`](crate::Workforce).
     ///
     /// # Errors
     /// [`StepError`] names the body and the value. No body has moved then.

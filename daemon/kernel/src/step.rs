@@ -2,8 +2,8 @@
 
 mod worker;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -12,10 +12,11 @@ use crate::effects::{Effects, Found, order};
 use crate::global_boxes::GlobalBox;
 use crate::report::{Level, PairResult, PolygonPair, Report, StageCounts, StageTimes, Verdict};
 use crate::scene::Body;
+use crate::workforce::Workforce;
 use worker::{Task, Worker};
 
 /// Tells the time. The kernel has no clock of its own.
-pub trait Clock: Sync {
+pub trait Clock: Workforce {
     /// Nanoseconds since some moment; never goes back.
     fn nanoseconds(&self) -> u64;
 }
@@ -23,6 +24,8 @@ pub trait Clock: Sync {
 /// It is always midnight: for callers that do not ask for times.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoClock;
+
+impl Workforce for NoClock {}
 
 impl Clock for NoClock {
     fn nanoseconds(&self) -> u64 {
@@ -46,7 +49,7 @@ pub(crate) struct Step {
     broad_phase: BroadPhase,
     kept: Vec<Kept>,
     tasks: Vec<Task>,
-    /// One per thread of the pool, and one for a caller outside of it.
+    /// One per thread of the workforce, and one for the caller.
     workers: Vec<Mutex<Worker>>,
     found: Vec<Found>,
     pairs: Vec<PairResult>,
@@ -77,7 +80,7 @@ impl Step {
         self.times.interest = stopwatch.lap();
         self.compare(bodies, clock);
         stopwatch.lap();
-        self.collect(bodies);
+        self.collect(bodies, clock);
         self.times.effects = stopwatch.lap();
     }
 
@@ -85,39 +88,48 @@ impl Step {
         Report { pairs: &self.pairs, polygon_pairs: &self.polygon_pairs, counts: &self.counts, times: &self.times }
     }
 
-    /// Stages 5 to 8 of all pairs, over the threads of the pool. A pair that turns out heavy is handed back by its worker in
-    /// pieces, which the next round shares out again.
+    /// Stages 5 to 8 of all pairs. A light step is done by the caller, before another thread would have woken up; the rest is
+    /// shared out. A pair that turns out heavy is handed back by its worker in pieces, which the next round shares out again.
     fn compare(&mut self, bodies: &[Body], clock: &dyn Clock) {
-        self.workers.resize_with(rayon::current_num_threads() + 1, Mutex::default);
+        self.workers.resize_with(clock.threads() + 1, Mutex::default);
         self.tasks.clear();
-        self.tasks.extend((0..self.kept.len() as u32).map(Task::whole_pair));
+        self.tasks.extend((0..self.kept.len() as u32).rev().map(Task::whole_pair));
+        self.compare_alone(bodies, clock);
         while !self.tasks.is_empty() {
-            let (kept, workers) = (&self.kept, &self.workers);
-            let run = |task: &Task| {
-                let place = rayon::current_thread_index().unwrap_or(workers.len() - 1);
-                let mut worker = lock(&workers[place]);
-                worker.run(task, &kept[task.pair as usize], bodies, clock);
-            };
-            match self.tasks.as_slice() {
-                [task] => run(task),
-                tasks => tasks.par_iter().for_each(run),
+            for tasks in self.tasks.chunks(TASKS_AT_ONCE) {
+                clock.share(&mut || share(tasks, &self.kept, &self.workers, bodies, clock));
             }
             self.tasks.clear();
-            for worker in &mut self.workers {
-                self.tasks.append(&mut worker.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner()).left_over);
-            }
+            self.take_left_over();
+        }
+    }
+
+    fn compare_alone(&mut self, bodies: &[Body], clock: &dyn Clock) {
+        let Some(caller) = self.workers.last_mut() else { return };
+        let worker = get_mut(caller);
+        while worker.is_light()
+            && let Some(task) = self.tasks.pop()
+        {
+            worker.run(&task, &self.kept[task.pair as usize], bodies, clock);
+        }
+        self.take_left_over();
+    }
+
+    fn take_left_over(&mut self) {
+        for worker in &mut self.workers {
+            self.tasks.append(&mut get_mut(worker).left_over);
         }
     }
 
     /// Stage 9: what the workers found, in the order of the report.
-    fn collect(&mut self, bodies: &[Body]) {
+    fn collect(&mut self, bodies: &[Body], clock: &dyn Clock) {
         self.found.clear();
         for worker in &mut self.workers {
-            let worker = worker.get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let worker = get_mut(worker);
             self.found.append(&mut worker.found);
             worker.report_to(&mut self.counts, &mut self.times);
         }
-        order(&mut self.found);
+        order(&mut self.found, clock);
         self.polygon_pairs.clear();
         self.polygon_pairs.extend(self.found.iter().map(PolygonPair::from));
         self.pairs.clear();
@@ -143,9 +155,21 @@ impl Step {
     }
 }
 
-/// A worker's memory is valid whatever happened: it is cleared before each use.
-fn lock(worker: &Mutex<Worker>) -> std::sync::MutexGuard<'_, Worker> {
-    worker.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+/// Tasks that are shared out at once. Each is short, so that the steps of several scenes take turns.
+const TASKS_AT_ONCE: usize = 128;
+
+/// Runs tasks on all threads of the current pool.
+fn share(tasks: &[Task], kept: &[Kept], workers: &[Mutex<Worker>], bodies: &[Body], clock: &dyn Clock) {
+    tasks.par_iter().for_each(|task| {
+        let place = rayon::current_thread_index().map_or(workers.len() - 1, |index| index % workers.len());
+        let mut worker = workers[place].lock().unwrap_or_else(PoisonError::into_inner);
+        worker.run(task, &kept[task.pair as usize], bodies, clock);
+    });
+}
+
+/// What a worker holds is good even if another task of it has panicked: it is cleared before each use.
+fn get_mut(worker: &mut Mutex<Worker>) -> &mut Worker {
+    worker.get_mut().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Stage 4: the pairs that matter.

@@ -64,7 +64,7 @@ struct Lists {
 }
 
 impl VoxelMatrix {
-    /// Builds the matrix in the current rayon pool, level by level.
+    /// Builds the matrix level by level.
     ///
     /// # Errors
     /// [`ObjectError::MatrixTooLarge`] when the lists would exceed [`MAX_ENTRIES`].
@@ -207,20 +207,28 @@ fn child_masks(
     }
     let done = AtomicUsize::new(0);
     let mut masks = vec![0; voxel_of.len()];
-    let chunks = masks.par_chunks_mut(CHUNK).zip(lists.entries.par_chunks(CHUNK)).zip(voxel_of.par_chunks(CHUNK));
-    chunks.for_each(|((masks, triangles), voxels)| {
-        for ((mask, &triangle), &voxel) in masks.iter_mut().zip(triangles).zip(voxels) {
-            let extents = TriangleExtents::new(corners_of(triangle), reach);
-            *mask = extents.children(lattice, level, lists.places[voxel as usize]);
+    let fill = |masks: &mut [u64], first: usize| {
+        for (entry, mask) in (first..).zip(masks.iter_mut()) {
+            let extents = TriangleExtents::new(corners_of(lists.entries[entry]), reach);
+            *mask = extents.children(lattice, level, lists.places[voxel_of[entry] as usize]);
         }
         let done = done.fetch_add(masks.len(), Ordering::Relaxed) + masks.len();
         progress.advanced(done, voxel_of.len());
-    });
+    };
+    for (turn, masks) in masks.chunks_mut(TURN).enumerate() {
+        let chunks = |masks: &mut [u64]| {
+            let chunks = masks.par_chunks_mut(CHUNK).enumerate();
+            chunks.for_each(|(chunk, masks)| fill(masks, turn * TURN + chunk * CHUNK));
+        };
+        progress.listener.share(&mut || chunks(masks));
+    }
     masks
 }
 
 /// Entries that one thread takes at a time: enough to be worth it, few enough to show progress.
-const CHUNK: usize = 1 << 12;
+const CHUNK: usize = 1 << 11;
+/// Entries that are shared out at once, a few milliseconds of work: a build and the steps of scenes take turns.
+const TURN: usize = 1 << 15;
 
 /// Counts in parts of a level, since how many entries the later levels have is not known before them.
 struct BuildProgress<'p> {

@@ -15,6 +15,9 @@ use crate::voxel_pairs::{Descent, VoxelPair};
 /// Voxels compared before a pair counts as heavy and is shared: some 50 µs of work, many times what sharing costs.
 const BUDGET: i64 = 4096;
 
+/// Voxels compared before a step is worth sharing: some 20 µs of work, about what it takes to wake another thread.
+const LIGHT: u64 = 256;
+
 /// The most voxel pairs in a batch. Batches start with one pair, so that an early proof costs little, and double.
 const BATCH: usize = 64;
 
@@ -51,6 +54,11 @@ pub(crate) struct Worker {
 }
 
 impl Worker {
+    /// Whether this thread has done so little in this step that waking another one was not worth it yet.
+    pub fn is_light(&self) -> bool {
+        self.counts.voxels_visited < LIGHT
+    }
+
     pub fn run(&mut self, task: &Task, kept: &Kept, bodies: &[Body], clock: &dyn Clock) {
         if is_decided(kept) {
             return;
