@@ -25,22 +25,25 @@ pub fn triangles(a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Relation> {
     if is_tame(a.iter().chain(b)) { triangles_in(Tame, a, b) } else { triangles_in(AnyRange, a, b) }
 }
 
-/// [`triangles`] in a given arithmetic.
+/// [`triangles`] in a given arithmetic: as true as its signs are.
 #[inline]
-pub(crate) fn triangles_in<A: Arithmetic>(arithmetic: A, a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Relation> {
+pub fn triangles_in<A: Arithmetic>(arithmetic: A, a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Relation> {
     let plane_a = arithmetic.plane(a);
     let sides_b = b.map(|point| arithmetic.side(&plane_a, point));
     if one_side(sides_b) {
         return None;
+    }
+    // A triangle without area has no plane: every point gets 0 there.
+    if sides_b == [0; 3] {
+        return flat::interference(arithmetic, a, b);
     }
     let plane_b = arithmetic.plane(b);
     let sides_a = a.map(|point| arithmetic.side(&plane_b, point));
     if one_side(sides_a) {
         return None;
     }
-    // A triangle without area has no plane: every point gets 0 there.
-    if sides_a == [0; 3] || sides_b == [0; 3] {
-        return flat::interference(arithmetic, a, sides_a, b, sides_b);
+    if sides_a == [0; 3] {
+        return flat::interference(arithmetic, a, b);
     }
     intervals(arithmetic, a, sides_a, b, sides_b)
 }

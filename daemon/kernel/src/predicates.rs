@@ -1,9 +1,12 @@
 //! Signs of determinants: on which side of a plane, or of a line in a plane, a point lies.
 //!
-//! Each sign is exact. A floating-point filter decides almost every one; the adaptive predicates of the `robust` crate
-//! (Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", DCG 1997) decide the rest
-//! while nothing can overflow or underflow in them; integers of any length decide what is left.
+//! Each sign is exact. A floating-point filter decides almost every one. What it cannot decide is mostly an exact zero, of
+//! points on each other, in a plane along the axes, or on a grid: those are told by looking at the coordinates, where plain
+//! f64 makes no rounding at all. The adaptive predicates of the `robust` crate (Shewchuk, "Adaptive Precision Floating-Point
+//! Arithmetic and Fast Robust Geometric Predicates", DCG 1997) decide the rest while nothing can overflow or underflow in
+//! them; integers of any length decide what is left.
 
+mod adaptive;
 mod any_range;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
@@ -21,17 +24,20 @@ pub fn is_tame<'a>(positions: impl IntoIterator<Item = &'a DVec3>) -> bool {
 
 /// The arithmetic that a polygon test is done in.
 pub trait Arithmetic: Copy {
+    /// A plane through three points, ready for many questions.
+    type Plane;
+
     /// The sign of `(p − o) · ((a − o) × (b − o))`: positive where `p` sees `o, a, b` run counterclockwise.
     fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign;
 
     /// The sign of `(a − o) × (p − o)`: positive where `o, a, p` run counterclockwise.
     fn orient2d(self, o: DVec2, a: DVec2, p: DVec2) -> Sign;
 
-    /// A plane through three points, ready for many questions.
-    fn plane(self, triangle: &[DVec3; 3]) -> Plane;
+    /// The plane through three points.
+    fn plane(self, points: &[DVec3; 3]) -> Self::Plane;
 
     /// [`orient3d`](Self::orient3d) of the plane's points and `p`.
-    fn side(self, plane: &Plane, p: DVec3) -> Sign;
+    fn side(self, plane: &Self::Plane, p: DVec3) -> Sign;
 }
 
 /// Exact for tame positions; fast.
@@ -57,11 +63,9 @@ const ORIENT3D_BOUND: f64 = (7.0 + 56.0 * (f64::EPSILON / 2.0)) * (f64::EPSILON 
 const ORIENT2D_BOUND: f64 = (3.0 + 16.0 * (f64::EPSILON / 2.0)) * (f64::EPSILON / 2.0);
 /// 2^-700. A product may lose 2^-1075 to underflow and then be multiplied by a tame difference, below 2^301.
 const UNDERFLOW_SLACK: f64 = f64::from_bits((1023 - 700) << 52);
-/// 2^-250. All bits of coordinates not below this are multiples of 2^-302, so all terms of `robust`'s expansions are
-/// multiples of 2^-906 and none underflows.
-const ADAPTIVE_LIMIT: f64 = f64::from_bits((1023 - 250) << 52);
-
 impl Arithmetic for Tame {
+    type Plane = Plane;
+
     #[inline]
     fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign {
         self.side(&self.plane(&[o, a, b]), p)
@@ -75,7 +79,7 @@ impl Arithmetic for Tame {
         if determinant.abs() > ORIENT2D_BOUND * (left.abs() + right.abs()) + UNDERFLOW_SLACK {
             return if determinant > 0.0 { 1 } else { -1 };
         }
-        adaptive_orient2d(o, a, p)
+        adaptive::orient2d([o, a, p], determinant)
     }
 
     #[inline]
@@ -89,14 +93,17 @@ impl Arithmetic for Tame {
     fn side(self, plane: &Plane, p: DVec3) -> Sign {
         let w = p - plane.points[0];
         let determinant = plane.normal.dot(w);
-        if determinant.abs() > ORIENT3D_BOUND * plane.magnitude.dot(w.abs()) + UNDERFLOW_SLACK {
+        let permanent = plane.magnitude.dot(w.abs());
+        if determinant.abs() > ORIENT3D_BOUND * permanent + UNDERFLOW_SLACK {
             return if determinant > 0.0 { 1 } else { -1 };
         }
-        adaptive_orient3d(plane.points, p)
+        adaptive::orient3d(plane.points, p, determinant, permanent)
     }
 }
 
 impl Arithmetic for AnyRange {
+    type Plane = [DVec3; 3];
+
     fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign {
         any_range::orient3d(o, a, b, p)
     }
@@ -105,43 +112,17 @@ impl Arithmetic for AnyRange {
         any_range::orient2d(o, a, p)
     }
 
-    fn plane(self, &points: &[DVec3; 3]) -> Plane {
-        Plane { points, normal: DVec3::ZERO, magnitude: DVec3::ZERO }
+    fn plane(self, &points: &[DVec3; 3]) -> [DVec3; 3] {
+        points
     }
 
-    fn side(self, &Plane { points: [o, a, b], .. }: &Plane, p: DVec3) -> Sign {
+    fn side(self, &[o, a, b]: &[DVec3; 3], p: DVec3) -> Sign {
         any_range::orient3d(o, a, b, p)
     }
 }
 
-/// Whether `robust` is exact on a tame coordinate.
-fn adaptive_can(coordinate: f64) -> bool {
-    coordinate == 0.0 || coordinate.abs() >= ADAPTIVE_LIMIT
-}
-
 fn sign(value: f64) -> Sign {
-    (value > 0.0) as Sign - (value < 0.0) as Sign
-}
-
-#[cold]
-#[inline(never)]
-fn adaptive_orient3d([o, a, b]: [DVec3; 3], p: DVec3) -> Sign {
-    if ![o, a, b, p].iter().all(|point| point.to_array().into_iter().all(adaptive_can)) {
-        return any_range::orient3d(o, a, b, p);
-    }
-    let coord = |point: DVec3| robust::Coord3D { x: point.x, y: point.y, z: point.z };
-    // `robust` is positive where `p` lies on the other side.
-    -sign(robust::orient3d(coord(o), coord(a), coord(b), coord(p)))
-}
-
-#[cold]
-#[inline(never)]
-fn adaptive_orient2d(o: DVec2, a: DVec2, p: DVec2) -> Sign {
-    if ![o, a, p].iter().all(|point| point.to_array().into_iter().all(adaptive_can)) {
-        return any_range::orient2d(o, a, p);
-    }
-    let coord = |point: DVec2| robust::Coord { x: point.x, y: point.y };
-    sign(robust::orient2d(coord(o), coord(a), coord(p)))
+    Sign::from(value > 0.0) - Sign::from(value < 0.0)
 }
 
 #[cfg(test)]
@@ -171,6 +152,28 @@ mod tests {
         let on = DVec3::new(1.0, 1.0, 0.1 + 0.7);
         let sides = [-1.0f64, 1.0].map(|ulp| both(O, a, b, on.with_z(on.z + ulp * f64::EPSILON)));
         assert_eq!(sides, [-1, 1]);
+    }
+
+    #[test]
+    fn grids_of_any_pitch_are_told_from_what_lies_beside_them() {
+        for pitch in [1.0, 2f64.powi(-90), 2f64.powi(80), 0.1] {
+            let at = |x: i32, y: i32, z: i32| DVec3::new(f64::from(x), f64::from(y), f64::from(z)) * pitch;
+            let (o, a, b, p) = (at(7, -3, 2), at(9000, 1, 5), at(-2, 8000, 3), at(8991, 8001, 4));
+            let on = p.with_z(o.z + (a.z - o.z) + (b.z - o.z));
+            for ulps in -2i64..=2 {
+                let moved = on.with_z(f64::from_bits((on.z.to_bits() as i64 + ulps) as u64));
+                both(o, a, b, moved);
+                both(moved, o, a, b);
+            }
+        }
+    }
+
+    #[test]
+    fn a_grid_with_one_tiny_coordinate_is_no_grid() {
+        for tiny in [f64::from_bits(1), 1e-300, 1e-60] {
+            assert_eq!(both(O, DVec3::X, DVec3::Y, DVec3::new(0.25, 0.25, tiny)), 1);
+            assert_eq!(Tame.orient2d(DVec2::ZERO, DVec2::X, DVec2::new(0.5, -tiny)), -1);
+        }
     }
 
     #[test]

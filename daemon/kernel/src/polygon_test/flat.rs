@@ -9,21 +9,14 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 use crate::predicates::{Arithmetic, Sign};
 use crate::report::Relation;
 
-/// Two triangles of which one lies in the other's plane or has no area; sides as in
-/// [`triangles_in`](super::triangles_in).
-#[cold]
-pub(super) fn interference<A: Arithmetic>(
-    arithmetic: A,
-    a: &[DVec3; 3],
-    sides_a: [Sign; 3],
-    b: &[DVec3; 3],
-    sides_b: [Sign; 3],
-) -> Option<Relation> {
+/// Two triangles of which one lies in the other's plane or has no area.
+#[inline(never)]
+pub(super) fn interference<A: Arithmetic>(arithmetic: A, a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Relation> {
     let (plane_a, plane_b) = (projection(arithmetic, a), projection(arithmetic, b));
     let meet = match (plane_a, plane_b) {
         (Some(plane), Some(_)) => return triangles_in_plane(arithmetic, &a.map(plane.of()), &b.map(plane.of())),
-        (Some(plane), None) => segment_and_triangle(arithmetic, &ends(b), sides_at_ends(b, sides_b), a, plane),
-        (None, Some(plane)) => segment_and_triangle(arithmetic, &ends(a), sides_at_ends(a, sides_a), b, plane),
+        (Some(plane), None) => segment_and_triangle(arithmetic, &ends(b), a, plane),
+        (None, Some(plane)) => segment_and_triangle(arithmetic, &ends(a), b, plane),
         (None, None) => segments(arithmetic, &ends(a), &ends(b)),
     };
     meet.then_some(Relation::Touch)
@@ -107,20 +100,15 @@ fn ends(&[o, a, b]: &[DVec3; 3]) -> [DVec3; 2] {
     [if less(b, lowest) { b } else { lowest }, if less(highest, b) { b } else { highest }]
 }
 
-/// The sides of the [`ends`] of three points, given the sides of the points.
-fn sides_at_ends(points: &[DVec3; 3], sides: [Sign; 3]) -> [Sign; 2] {
-    // Points at one position are on one side, so the first that matches will do.
-    ends(points).map(|end| sides[points.iter().position(|&point| point == end).unwrap_or(0)])
-}
-
-/// A segment (or point) and a triangle with area; `sides` are those of the ends from the triangle's plane.
+/// A segment (or point) and a triangle with area.
 fn segment_and_triangle<A: Arithmetic>(
     arithmetic: A,
     &[p, q]: &[DVec3; 2],
-    sides: [Sign; 2],
     triangle: &[DVec3; 3],
     plane: Dropped,
 ) -> bool {
+    let own_plane = arithmetic.plane(triangle);
+    let sides = [p, q].map(|end| arithmetic.side(&own_plane, end));
     if sides == [0, 0] {
         return segment_and_triangle_in_plane(arithmetic, &[p, q].map(plane.of()), &triangle.map(plane.of()));
     }
