@@ -3,6 +3,7 @@
 use std::io;
 use std::net::Shutdown;
 use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::fs::MetadataExt;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,6 +14,7 @@ use collided_protocol::control::{ObjectInfo, Reply, Request, Status};
 use collided_protocol::names::{DEFAULT_INSTANCE, RENDEZVOUS_FILE, Rendezvous, SOCKET_FILE};
 use collided_protocol::{ErrorCode, ICEORYX2_VERSION, PROTOCOL_VERSION, PROTOCOL_VERSION_MIN, WireError};
 use iceoryx2::prelude::Node;
+use rustix::process::getuid;
 
 use crate::database::Database;
 use crate::error::{Error, TransportError};
@@ -25,6 +27,8 @@ const DEFAULT_CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 const DEFAULT_CONTROL_TIMEOUT: Duration = Duration::from_secs(60);
 /// How often a client that waits for the daemon to start looks for it.
 const RETRY_INTERVAL: Duration = Duration::from_millis(10);
+/// Root's user id: whom nothing is kept from.
+const ROOT: u32 = 0;
 
 /// A connection to the daemon of one instance. Cheap to clone; clones share the connection.
 #[derive(Clone, Debug)]
@@ -101,7 +105,10 @@ impl ClientBuilder {
         };
         let (rendezvous, stream) = self.find(&directory)?;
         check_versions(&rendezvous)?;
-        stream.set_read_timeout(Some(self.control_timeout)).map_err(transport::failed("set a timeout"))?;
+        stream
+            .set_read_timeout(Some(self.control_timeout))
+            .and_then(|()| stream.set_write_timeout(Some(self.control_timeout)))
+            .map_err(transport::failed("set a timeout"))?;
         let epoch = self.greet(&stream)?;
         if epoch != rendezvous.epoch {
             return Err(Error::DaemonGone);
@@ -251,7 +258,18 @@ fn look(directory: &Path) -> Result<(Rendezvous, UnixStream), String> {
     let socket = directory.join(SOCKET_FILE);
     let stream =
         UnixStream::connect(&socket).map_err(|error| format!("cannot connect to {}: {error}", socket.display()))?;
+    check_owner(directory)?;
     Ok((rendezvous, stream))
+}
+
+/// Where the runtime directory is in `/tmp`, another user may have made it before: no daemon in there is to be believed.
+fn check_owner(directory: &Path) -> Result<(), String> {
+    let metadata = std::fs::metadata(directory).map_err(|error| format!("{}: {error}", directory.display()))?;
+    let (owner, user) = (metadata.uid(), getuid().as_raw());
+    if owner == user || owner == ROOT || user == ROOT {
+        return Ok(());
+    }
+    Err(format!("{} belongs to user {owner}, not to this one ({user})", directory.display()))
 }
 
 fn check_versions(daemon: &Rendezvous) -> Result<(), Error> {

@@ -43,6 +43,15 @@ pub fn write(stream: &mut impl Write, message: &impl Serialize) -> Result<(), Fr
 /// # Errors
 /// All of [`FrameError`].
 pub fn read<T: DeserializeOwned>(stream: &mut impl Read) -> Result<Option<T>, FrameError> {
+    let Some(json) = read_json(stream)? else { return Ok(None) };
+    Ok(Some(serde_json::from_slice(&json)?))
+}
+
+/// Reads the JSON text of one frame; `None` when the other side ended the stream between two frames.
+///
+/// # Errors
+/// [`FrameError::TooLarge`], [`FrameError::Io`].
+pub fn read_json(stream: &mut impl Read) -> Result<Option<Vec<u8>>, FrameError> {
     let Some(bytes) = read_length(stream)? else { return Ok(None) };
     let mut body = stream.take(u64::from(bytes));
     if bytes as usize > MAX_CONTROL_MESSAGE {
@@ -55,7 +64,7 @@ pub fn read<T: DeserializeOwned>(stream: &mut impl Read) -> Result<Option<T>, Fr
     if json.len() < bytes as usize {
         return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
     }
-    Ok(Some(serde_json::from_slice(&json)?))
+    Ok(Some(json))
 }
 
 fn read_length(stream: &mut impl Read) -> io::Result<Option<u32>> {

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::io;
+use std::ops::ControlFlow;
 use std::os::unix::net::{UnixListener, UnixStream};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
@@ -11,6 +13,7 @@ use collided_client::frame::{self, FrameError};
 use collided_protocol::control::{BodySpec, ClientStatus, InterestRule, Reply, Request, Target, UploadSize};
 use collided_protocol::{Effects, ErrorCode, ICEORYX2_VERSION, PROTOCOL_VERSION, PROTOCOL_VERSION_MIN, WireError};
 
+use crate::bad_request;
 use crate::names;
 use crate::object_loading;
 use crate::scene::SharedScene;
@@ -32,8 +35,11 @@ pub fn accept(daemon: &Arc<Daemon>, listener: &UnixListener) {
             let started = listener.accept().and_then(|(stream, _)| {
                 let run = || Connection::new(daemon, stream).and_then(Connection::run);
                 thread::Builder::new().name("control".to_owned()).spawn_scoped(scope, || {
-                    if let Err(error) = run() {
-                        tracing::info!(%error, "a connection failed");
+                    // A bug that one request meets ends that connection, and no other.
+                    match catch_unwind(AssertUnwindSafe(run)) {
+                        Ok(Ok(())) => {}
+                        Ok(Err(error)) => tracing::info!(%error, "a connection failed"),
+                        Err(_) => tracing::error!("the thread of a connection has panicked"),
                     }
                 })
             });
@@ -81,21 +87,29 @@ impl<'a> Connection<'a> {
         self.daemon.add_client(self.id, status, self.stream.try_clone()?);
         let mut greeted = false;
         while !self.daemon.is_shutting_down() {
-            let reply = match frame::read::<Request>(&mut &self.stream) {
-                Ok(None) => return Ok(()),
-                Ok(Some(hello @ Request::Hello { .. })) if !greeted => {
+            let reply = match self.receive()? {
+                None => return Ok(()),
+                Some(Ok(hello @ Request::Hello { .. })) if !greeted => {
                     let reply = self.greet(hello)?;
                     greeted = matches!(reply, Ok(Reply::Hello { .. }));
                     reply
                 }
-                Ok(Some(request)) if greeted => self.answer(request),
-                Ok(Some(_)) => Err(not_greeted()),
-                Err(FrameError::Io(error)) => return Err(error),
-                Err(error) => Err(bad_message(&error)),
+                Some(Ok(request)) if greeted => self.answer(request),
+                Some(Ok(_)) => Err(not_greeted()),
+                Some(Err(error)) => Err(error),
             };
             self.reply(&reply.unwrap_or_else(Reply::Error))?;
         }
         Ok(())
+    }
+
+    /// The next request, or what is wrong with it; `None` when the client is gone.
+    fn receive(&self) -> io::Result<Option<Result<Request, WireError>>> {
+        match frame::read_json(&mut &self.stream) {
+            Ok(json) => Ok(json.map(|json| bad_request::parse(&json))),
+            Err(FrameError::Io(error)) => Err(error),
+            Err(error) => Ok(Some(Err(bad_request::too_large(&error)))),
+        }
     }
 
     fn reply(&self, reply: &Reply) -> io::Result<()> {
@@ -158,10 +172,11 @@ impl<'a> Connection<'a> {
         object_loading::load(self.daemon, target, path, &mut self.progress()).map(Reply::Object)
     }
 
-    /// Tells the client of progress. A client that cannot be told is noticed when the final reply is written.
-    fn progress(&self) -> impl FnMut(&str, u64, u64) {
-        |stage, done, total| {
-            let _ = self.reply(&Reply::Progress { stage: stage.to_owned(), done, total });
+    /// Tells the client of progress, until it cannot be told any more.
+    fn progress(&self) -> impl FnMut(&str, u64, u64) -> ControlFlow<()> {
+        |stage, done, total| match self.reply(&Reply::Progress { stage: stage.to_owned(), done, total }) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(_) => ControlFlow::Break(()),
         }
     }
 
@@ -248,19 +263,6 @@ fn not_greeted() -> WireError {
         "the connection has not been greeted, or was refused",
         "send `hello` first, with versions that the daemon knows",
     )
-}
-
-fn bad_message(error: &FrameError) -> WireError {
-    match error {
-        FrameError::TooLarge { .. } => {
-            WireError::new(ErrorCode::LimitExceeded, error.to_string(), "send it in several requests")
-        }
-        _ => WireError::new(
-            ErrorCode::BadMessage,
-            format!("the control message cannot be read: {error}"),
-            "send one JSON request of the protocol a frame",
-        ),
-    }
 }
 
 fn unknown_upload(upload: u32) -> WireError {

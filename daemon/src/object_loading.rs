@@ -1,5 +1,6 @@
 //! Objects from mesh files and from memory: read here, built within the budget.
 
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -21,8 +22,8 @@ const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
 /// A client is told that the daemon is at work at least this often.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
-/// Is told the stage, how much is done, and the total.
-pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64);
+/// Is told the stage, how much is done, and the total; breaks when nobody wants the object any more.
+pub type Progress<'a> = &'a mut dyn FnMut(&str, u64, u64) -> ControlFlow<()>;
 
 /// Loads an object from a mesh file.
 ///
@@ -44,14 +45,17 @@ pub fn load(
             "send an absolute path: the daemon's working directory is another",
         ));
     }
-    let mut last = Instant::now();
+    let (mut last, mut wanted) = (Instant::now(), ControlFlow::Continue(()));
     let mut throttled = |done, total| {
         if last.elapsed() >= PROGRESS_INTERVAL || done == total {
             last = Instant::now();
-            progress("read", done, total);
+            wanted = progress("read", done, total);
         }
     };
     let mesh = mesh_file::read(path, &mut throttled).map_err(|error| file_error(&error))?;
+    if wanted.is_break() {
+        return Err(unwanted(target));
+    }
     build(daemon, target, mesh, progress)
 }
 
@@ -103,8 +107,22 @@ pub fn build(
             Ok(Event::Panicked) | Err(RecvTimeoutError::Disconnected) => return Err(build_failed(target)),
             Err(RecvTimeoutError::Timeout) => {}
         }
-        progress("build", last.0, last.1);
+        // The build goes on to its end, and is then let go.
+        if progress("build", last.0, last.1).is_break() || daemon.is_shutting_down() {
+            return Err(unwanted(target));
+        }
     }
+}
+
+fn unwanted(target: &Target) -> WireError {
+    WireError::new(
+        ErrorCode::ShuttingDown,
+        format!(
+            "object {:?} of database {:?} is not kept: its client or the daemon ends",
+            target.object, target.database
+        ),
+        "load it again",
+    )
 }
 
 fn build_failed(target: &Target) -> WireError {

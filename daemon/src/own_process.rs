@@ -67,6 +67,17 @@ impl Interrupt {
         Ok(Interrupt { shared })
     }
 
+    fn spawn(&self, command: &mut Command) -> io::Result<Child> {
+        // Locked over the start, so that an interrupt finds the process listed or not started.
+        let mut running = self.shared.running();
+        let child = command.spawn()?;
+        running.push(Pid::from_child(&child));
+        if self.is_raised() {
+            ask_to_end(Pid::from_child(&child));
+        }
+        Ok(child)
+    }
+
     /// Whether this process was asked to end.
     pub fn is_raised(&self) -> bool {
         self.shared.raised.load(Ordering::SeqCst)
@@ -81,7 +92,8 @@ fn ask_to_end(process: Pid) {
 /// A process of the own executable. Asked to end, and waited for, when dropped.
 pub struct OwnProcess {
     child: Child,
-    interrupt: Interrupt,
+    /// Where it is listed.
+    interrupt: Option<Interrupt>,
     ended: bool,
 }
 
@@ -94,21 +106,19 @@ impl OwnProcess {
         Ok(Command::new(std::env::current_exe()?))
     }
 
-    /// Starts a process in a process group of its own, so that Ctrl-C reaches it only through `interrupt`, in order.
+    /// Starts a process in a process group of its own, so that Ctrl-C reaches it only through `interrupt`; `None`: not at
+    /// all, its owner ends it in time.
     ///
     /// # Errors
     /// When the process cannot be started.
-    pub fn spawn(command: &mut Command, interrupt: &Interrupt) -> io::Result<OwnProcess> {
+    pub fn spawn(command: &mut Command, interrupt: Option<&Interrupt>) -> io::Result<OwnProcess> {
         use std::os::unix::process::CommandExt;
-        // Locked over the start, so that an interrupt finds the process listed or not started.
-        let mut running = interrupt.shared.running();
-        let child = command.process_group(0).spawn()?;
-        running.push(Pid::from_child(&child));
-        if interrupt.is_raised() {
-            ask_to_end(Pid::from_child(&child));
-        }
-        drop(running);
-        Ok(OwnProcess { child, interrupt: interrupt.clone(), ended: false })
+        command.process_group(0);
+        let child = match interrupt {
+            None => command.spawn()?,
+            Some(interrupt) => interrupt.spawn(command)?,
+        };
+        Ok(OwnProcess { child, interrupt: interrupt.cloned(), ended: false })
     }
 
     /// Its pipes.
@@ -133,23 +143,35 @@ impl OwnProcess {
         self.reap()
     }
 
+    /// How it has ended; `None` when it still runs.
+    ///
+    /// # Errors
+    /// When the system does not let it be looked at.
+    pub fn try_wait(&mut self) -> io::Result<Option<ExitStatus>> {
+        // Under the lock, so that no signal is sent to an id that is free again.
+        let mut running = self.interrupt.as_ref().map(|interrupt| interrupt.shared.running());
+        let status = self.child.try_wait()?;
+        if let (Some(running), Some(_)) = (&mut running, status) {
+            let process = Pid::from_child(&self.child);
+            running.retain(|&other| other != process);
+        }
+        Ok(status)
+    }
+
     fn reap(&mut self) -> io::Result<ExitStatus> {
         self.ended = true;
-        let process = Pid::from_child(&self.child);
         let patience = Instant::now() + END_TIMEOUT;
-        while Instant::now() < patience {
-            // Under the lock, so that no signal is sent to an id that is free again.
-            let mut running = self.interrupt.shared.running();
-            if let Some(status) = self.child.try_wait()? {
-                running.retain(|&other| other != process);
+        let mut killed = false;
+        loop {
+            if let Some(status) = self.try_wait()? {
                 return Ok(status);
             }
-            drop(running);
+            if !killed && Instant::now() > patience {
+                self.child.kill()?;
+                killed = true;
+            }
             thread::sleep(END_POLL);
         }
-        self.interrupt.shared.running().retain(|&other| other != process);
-        self.child.kill()?;
-        self.child.wait()
     }
 }
 

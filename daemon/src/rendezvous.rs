@@ -141,14 +141,7 @@ impl Claim {
 
     /// Removes what any daemon of this instance has left, this one's included. What cannot be removed is left to the next.
     fn wipe(&self) {
-        for path in entries(Path::new(SHARED_MEMORY), |name| name.starts_with(&self.prefix())) {
-            let _ = fs::remove_file(path);
-        }
-        for path in entries(Path::new(ROOT_PARENT), |name| name.starts_with(&self.prefix())) {
-            if fs::symlink_metadata(&path).is_ok_and(|metadata| metadata.is_dir() && is_own(&metadata)) {
-                let _ = fs::remove_dir_all(path);
-            }
-        }
+        remove_iceoryx2_files(&self.prefix());
         for path in entries(&self.directory, |name| name != LOCK_FILE) {
             let _ = fs::remove_file(path);
         }
@@ -166,6 +159,37 @@ impl Drop for Claim {
             // Refused while other instances have a directory there.
             let _ = fs::remove_dir(parent);
         }
+    }
+}
+
+/// What the living daemon of an instance has published, as far as it can be read.
+pub fn published(instance: &str) -> Option<Rendezvous> {
+    let directory = instance::directory(instance).ok()?;
+    serde_json::from_slice(&fs::read(directory.join(RENDEZVOUS_FILE)).ok()?).ok()
+}
+
+/// Removes what is left of an instance whose daemon and clients have ended, and of an epoch of it. Does nothing to the
+/// instance when a daemon lives there after all.
+pub fn remove_remains(instance: &str, epoch: Option<&Rendezvous>) {
+    if let Some(epoch) = epoch {
+        remove_iceoryx2_files(&epoch.iceoryx2_prefix);
+        remove_root(Path::new(&epoch.iceoryx2_root));
+    }
+    if instance::directory(instance).is_ok_and(|directory| directory.exists()) {
+        drop(Claim::take(instance));
+    }
+}
+
+fn remove_iceoryx2_files(prefix: &str) {
+    for path in entries(Path::new(SHARED_MEMORY), |name| name.starts_with(prefix)) {
+        let _ = fs::remove_file(path);
+    }
+    entries(Path::new(ROOT_PARENT), |name| name.starts_with(prefix)).iter().for_each(|path| remove_root(path));
+}
+
+fn remove_root(path: &Path) {
+    if fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_dir() && is_own(&metadata)) {
+        let _ = fs::remove_dir_all(path);
     }
 }
 

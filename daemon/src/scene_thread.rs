@@ -165,6 +165,7 @@ impl SceneThread {
     fn run(mut self) {
         if let Err(error) = self.answer_until_stopped() {
             tracing::error!(%error, "a scene's step channel failed");
+            self.scene.end();
         }
         // The client that waits for a report now learns that no server is left.
         let Ports { requests, reply, .. } = self.ports;

@@ -1,12 +1,13 @@
 //! `collided serve`: the daemon from its start to its orderly end.
 
+use std::io::{Write, stderr};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::sync::Arc;
 use std::thread;
 
 use collided_client::TransportError;
 use collided_client::transport;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::budget::Budget;
@@ -48,13 +49,13 @@ fn system(action: &'static str) -> impl FnOnce(std::io::Error) -> ServeError {
     move |cause| ServeError::System { action, cause }
 }
 
-/// Serves until SIGTERM or SIGINT, and leaves nothing behind.
+/// Serves until SIGTERM, SIGINT or SIGHUP, and leaves nothing behind.
 ///
 /// # Errors
 /// All of [`ServeError`], before anybody was served.
 pub fn run(settings: &Settings) -> Result<(), ServeError> {
     // Before anything is made that a signal would leave behind.
-    let mut signals = Signals::new([SIGTERM, SIGINT]).map_err(system("handle signals"))?;
+    let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP]).map_err(system("handle signals"))?;
     let claim = Claim::take(&settings.instance)?;
     let daemon = start(settings, &claim)?;
     let listener = UnixListener::bind(claim.socket()).map_err(system("open the control socket"))?;
@@ -63,7 +64,9 @@ pub fn run(settings: &Settings) -> Result<(), ServeError> {
         let published = claim.publish().map_err(ServeError::from);
         if published.is_ok() {
             let directory = claim.directory().display();
-            eprintln!("ready: instance {}, {} threads, {directory}", settings.instance, settings.threads);
+            // Nobody may be listening; that is no reason not to serve.
+            let _ =
+                writeln!(stderr(), "ready: instance {}, {} threads, {directory}", settings.instance, settings.threads);
             signals.forever().next();
         }
         daemon.shut_down();

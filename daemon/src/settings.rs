@@ -24,6 +24,9 @@ pub struct Args {
     /// What is logged to stderr: error, warn, info, debug or trace, also by module [default: warn]
     #[arg(long, value_name = "FILTER")]
     pub log: Option<String>,
+    /// End when standard input does: for a daemon that must not outlive those who started it
+    #[arg(long, hide = true)]
+    pub while_stdin_open: bool,
 }
 
 /// What the file may set.

@@ -128,7 +128,7 @@ impl Daemon {
             objects: objects.len() as u64,
             object_memory: objects.iter().map(|object| object.memory).sum(),
             clients: self.clients().values().map(|client| client.status.clone()).collect(),
-            scenes: scenes.iter().map(scene_status).collect(),
+            scenes: scenes.iter().filter(|(_, listed)| !listed.scene.has_ended()).map(scene_status).collect(),
         }
     }
 

@@ -24,6 +24,11 @@ impl Effect {
             Effect::PolygonPairs => "polygon_pairs",
         }
     }
+
+    /// The effect of that [name](Effect::name); `None` when this protocol version has none.
+    pub fn named(name: &str) -> Option<Effect> {
+        Effect::ALL.into_iter().find(|effect| effect.name() == name)
+    }
 }
 
 /// A set of effects, as it travels on the control channel: a list of names.

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use collided_kernel::{BodyId, Effects, NoClock, Object, Report, Scene, StepError, Transforms, Verdict, polygon_test};
+use collided_kernel::{
+    BodyId, Effects, NoClock, Object, Report, Scene, StepError, Transforms, Verdict, brute_force, polygon_test,
+};
 use collided_protocol::report::Relation;
 use collided_protocol::step::Rows;
 use glam::DVec3;
 
-use crate::oracle::Triangle;
+use crate::oracle::{self, Triangle};
 
 /// How two closed triangles meet, as the kernel sees it.
 pub fn triangles(a: &Triangle, b: &Triangle) -> Relation {
@@ -42,6 +44,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Of all interfering polygon pairs of two surfaces.
+    pub fn of(polygon_pairs: Vec<(u32, u32, Relation)>) -> Outcome {
+        Outcome { interfering: !polygon_pairs.is_empty(), relation: oracle::strongest(&polygon_pairs), polygon_pairs }
+    }
+
     /// What the same bodies give when the second one is named first.
     pub fn swapped(mut self) -> Outcome {
         self.polygon_pairs.iter_mut().for_each(|(a, b, _)| std::mem::swap(a, b));
@@ -69,6 +76,12 @@ impl KernelPair {
         let report = self.scene.step(Transforms::Dense(&[rows_a, rows_b]), &NoClock)?;
         Ok(outcome(&report, self.bodies))
     }
+}
+
+/// What the brute-force twin finds, everything asked for.
+pub fn brute_force([a, b]: [&Object; 2], [rows_a, rows_b]: [&Rows; 2]) -> Outcome {
+    let found = brute_force::polygon_pairs(a, rows_a, b, rows_b);
+    Outcome::of(found.iter().map(|found| (found.a, found.b, relation(Some(found.relation)))).collect())
 }
 
 fn outcome(report: &Report<'_>, bodies: [BodyId; 2]) -> Outcome {

@@ -3,11 +3,13 @@
 pub mod crowd;
 pub mod client_process;
 pub mod daemon_process;
+pub mod fuzz_targets;
 pub mod hardcases;
 pub mod kernel_pair;
 pub mod meshes;
 pub mod npy;
 pub mod oracle;
+pub mod plain_f64;
 pub mod small_meshes;
 pub mod transforms;
 pub mod triangle_pairs;

@@ -9,6 +9,7 @@ use collided_client::{BodyId, BodySpec, Client, Error, ErrorCode, IDENTITY, Mesh
 use collided_protocol::names::{RENDEZVOUS_FILE, SOCKET_FILE};
 use collided_tests::daemon_process::{DaemonProcess, RuntimeDirectory};
 use collided_tests::small_meshes::{TRIANGLE, at};
+use rustix::fs::{CWD, FileType, Mode, mknodat};
 
 /// Checks the code, that the text holds each of `parts`, and that the daemon goes on.
 fn check<T: std::fmt::Debug>(daemon: &DaemonProcess, outcome: Result<T, Error>, code: ErrorCode, parts: &[&str]) {
@@ -63,6 +64,14 @@ fn mesh_files_that_cannot_be_read_are_refused_by_path() {
     let daemon = DaemonProcess::start();
     let parts = daemon.client().database("parts");
     check(&daemon, parts.load("x", "/nowhere/mesh.obj"), ErrorCode::MeshUnreadable, &["/nowhere/mesh.obj"]);
+    for (name, part) in [("pipe.obj", "not a regular file"), ("folder.obj", "is a directory")] {
+        let path = daemon.runtime().path().join(name);
+        match name {
+            "pipe.obj" => mknodat(CWD, &path, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap(),
+            _ => std::fs::create_dir(&path).unwrap(),
+        }
+        check(&daemon, parts.load("x", &path), ErrorCode::MeshUnreadable, &[name, part]);
+    }
     let file = daemon.runtime().path().join("bad.obj");
     std::fs::write(&file, "v 0 0 zero\n").unwrap();
     check(&daemon, parts.load("x", &file), ErrorCode::MeshMalformed, &["bad.obj", "zero"]);
@@ -156,6 +165,18 @@ fn the_daemon_refuses_other_versions_and_requests_out_of_turn() {
     let extra = serde_json::json!({ "request": "list", "database": null, "colour": "red" });
     assert_eq!(code(&ask(&stream, &extra)), Some(ErrorCode::BadMessage), "unknown fields are not passed over");
     assert!(matches!(ask(&stream, &Request::Status), Reply::Status(_)), "the connection goes on");
+}
+
+#[test]
+fn an_effect_that_there_is_not_is_named_with_those_that_there_are() {
+    let daemon = DaemonProcess::start();
+    let stream = raw(&daemon);
+    assert!(matches!(ask(&stream, &hello(1, "0.10.0")), Reply::Hello { .. }));
+    let reply = ask(&stream, &serde_json::json!({ "request": "create_scene", "name": "s", "effects": ["smell"] }));
+    assert_eq!(code(&reply), Some(ErrorCode::UnknownEffect));
+    let said = format!("{reply:?}");
+    assert!(["smell", "interference", "polygon_pairs"].iter().all(|name| said.contains(name)), "{said}");
+    assert!(matches!(ask(&stream, &Request::Status), Reply::Status(status) if status.scenes.is_empty()));
 }
 
 #[test]

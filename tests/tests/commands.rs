@@ -1,6 +1,7 @@
 //! The commands of the `collided` program that talk to a running daemon.
 
-use std::process::Output;
+use std::io::{BufRead, BufReader};
+use std::process::{Output, Stdio};
 
 use collided_client::{Client, ObjectInfo, Status};
 use collided_tests::daemon_process::{DaemonProcess, PATIENCE, RuntimeDirectory, await_end};
@@ -69,4 +70,28 @@ fn flags_win_over_the_settings_file_and_unknown_settings_are_refused() {
     let output = runtime.collided().arg("serve").arg("--config").arg(&file).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8(output.stderr).unwrap().contains("thread"));
+}
+
+#[test]
+fn the_daemon_may_open_as_many_descriptors_as_the_system_allows() {
+    let daemon = DaemonProcess::start();
+    let limits = std::fs::read_to_string(format!("/proc/{}/limits", daemon.pid())).unwrap();
+    let line = limits.lines().find(|line| line.starts_with("Max open files")).unwrap();
+    let [soft, hard, _] = line.split_whitespace().skip(3).collect::<Vec<_>>()[..] else { panic!("{line}") };
+    assert_eq!(soft, hard, "{line}");
+}
+
+#[test]
+fn a_log_that_nobody_reads_does_not_harm_the_daemon() {
+    let runtime = RuntimeDirectory::new();
+    let mut command = runtime.collided();
+    let mut daemon = command.args(["serve", "--log", "info"]).stderr(Stdio::piped()).spawn().unwrap();
+    BufReader::new(daemon.stderr.take().unwrap()).read_line(&mut String::new()).unwrap();
+    for _ in 0..3 {
+        let client = Client::builder().directory(runtime.instance("default")).connect().unwrap();
+        client.scene("scene").create().unwrap();
+        assert_eq!(client.list().unwrap(), []);
+    }
+    kill_process(Pid::from_raw(daemon.id() as i32).unwrap(), Signal::TERM).unwrap();
+    assert!(await_end(&mut daemon).success());
 }

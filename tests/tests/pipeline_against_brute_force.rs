@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use collided_kernel::{Effects, Object, PolygonMesh, brute_force};
+use collided_kernel::{Effects, Object, PolygonMesh};
 use collided_protocol::report::Relation;
 use collided_protocol::step::Rows;
 use collided_tests::kernel_pair::{self, KernelPair, Outcome};
@@ -48,9 +48,7 @@ impl Placement {
     }
 
     fn brute_force(&self) -> Outcome {
-        let found = brute_force::polygon_pairs(&self.objects[0], &self.rows[0], &self.objects[1], &self.rows[1]);
-        let pairs = found.iter().map(|found| (found.a, found.b, kernel_pair::relation(Some(found.relation))));
-        outcome(pairs.collect())
+        kernel_pair::brute_force(self.objects.each_ref().map(|object| &**object), self.rows.each_ref())
     }
 
     /// Whatever is named first, however many threads: what the twin finds, and the same verdict when only that is asked for.
@@ -74,10 +72,6 @@ impl Placement {
         }
         Ok(())
     }
-}
-
-fn outcome(polygon_pairs: Vec<(u32, u32, Relation)>) -> Outcome {
-    Outcome { interfering: !polygon_pairs.is_empty(), relation: oracle::strongest(&polygon_pairs), polygon_pairs }
 }
 
 /// The pairs that only one of the two has: short enough to read.
@@ -129,7 +123,7 @@ fn oracle_outcome(meshes: [&Object; 2], rows: [Rows; 2]) -> Outcome {
         triangles: meshes[i].triangles(),
         polygon_of: &polygon_of[i],
     });
-    outcome(oracle::polygon_pairs(a, b))
+    Outcome::of(oracle::polygon_pairs(a, b))
 }
 
 fn config(cases: u32) -> ProptestConfig {

@@ -1,8 +1,11 @@
 //! Several processes share one collision world.
 
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
 use collided_client::{Effect, IDENTITY, Verdict};
 use collided_tests::client_process::SteppingClient;
-use collided_tests::daemon_process::{DaemonProcess, await_some, shared_files};
+use collided_tests::daemon_process::{DaemonProcess, await_some, program, shared_files};
 use collided_tests::small_meshes::{TRIANGLE, TWO_TRIANGLES, at};
 
 #[test]
@@ -94,6 +97,33 @@ fn a_killed_client_is_noticed_and_the_others_are_undisturbed() {
     });
     assert_eq!(client.database("parts").list().unwrap()[0].bodies, 2, "its bodies are gone");
     assert_eq!(bystander.finish().error, None);
+}
+
+#[test]
+fn a_client_killed_in_the_middle_of_its_upload_leaves_nothing_and_disturbs_nobody() {
+    for stage in ["upload", "build"] {
+        let daemon = DaemonProcess::start();
+        let client = daemon.client();
+        client.database("parts").upload("tri", &TRIANGLE).unwrap();
+        let bystander = SteppingClient::start(&daemon, "parts", "tri");
+        let before = shared_files(daemon.rendezvous()).len();
+        let mut loading = Command::new(program("loading_client"));
+        let mut loading = loading.arg(daemon.directory()).arg(stage).stdout(Stdio::piped()).spawn().unwrap();
+        let mut reached = String::new();
+        BufReader::new(loading.stdout.take().unwrap()).read_line(&mut reached).unwrap();
+        assert_eq!(reached.trim(), stage);
+        loading.kill().unwrap();
+        loading.wait().unwrap();
+        await_some("the daemon notices", || (client.status().unwrap().clients.len() == 2).then_some(()));
+        await_some("what it had in shared memory is removed", || {
+            (shared_files(daemon.rendezvous()).len() <= before).then_some(())
+        });
+        if stage == "upload" {
+            assert_eq!(client.list().unwrap().len(), 1, "half an object is none");
+        }
+        client.database("parts").loading("long").replace(true).mesh(&TRIANGLE).unwrap();
+        assert_eq!(bystander.finish().error, None);
+    }
 }
 
 #[test]

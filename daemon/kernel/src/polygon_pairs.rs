@@ -25,7 +25,7 @@ pub(crate) struct WorldTriangle {
 struct Gathered {
     triangles: Vec<WorldTriangle>,
     /// The voxel that was gathered last, where its triangles start, and the box of them all.
-    last: Option<(u32, usize, GlobalBox)>,
+    last: Option<(Voxel, usize, GlobalBox)>,
     /// The triangles of a voxel above the full order, each once.
     merged: Vec<u32>,
 }
@@ -79,10 +79,10 @@ impl Candidates {
 }
 
 impl Gathered {
-    /// Where the voxel's triangles start (they are the last ones), and their box. The voxels of one batch are of one level.
+    /// Where the voxel's triangles start (they are the last ones), and their box.
     fn gather(&mut self, voxel: Voxel, object: &Object, rows: &Rows) -> (usize, GlobalBox) {
         if let Some((last, start, bounds)) = self.last
-            && last == voxel.number
+            && last == voxel
         {
             return (start, bounds);
         }
@@ -99,7 +99,7 @@ impl Gathered {
         self.triangles.extend(numbers.iter().map(|&number| WorldTriangle::new(number, object, rows)));
         let bounds =
             self.triangles[start..].iter().fold(GlobalBox::EMPTY, |all, triangle| all.joined(&triangle.bounds));
-        self.last = Some((voxel.number, start, bounds));
+        self.last = Some((voxel, start, bounds));
         (start, bounds)
     }
 }
@@ -113,32 +113,53 @@ impl WorldTriangle {
     }
 }
 
-/// Recent candidates, by a hash of their numbers. Forgetting is counting on, not clearing.
+/// Candidates of this pair of bodies, by a hash of their numbers; one that is overwritten is tested again, to no harm.
+/// Forgetting is counting on, not clearing.
 #[derive(Debug)]
 struct Recent {
     /// The triangle numbers and the generation they were seen in.
     seen: Vec<(u32, u32, u64)>,
     generation: u64,
+    /// Entries of this generation.
+    count: usize,
 }
 
 impl Default for Recent {
     fn default() -> Self {
-        Recent { seen: vec![(0, 0, 0); 1 << Recent::BITS], generation: 1 }
+        Recent { seen: vec![(0, 0, 0); Recent::SMALLEST], generation: 1, count: 0 }
     }
 }
 
 impl Recent {
-    const BITS: u32 = 10;
+    /// Fits into the innermost cache.
+    const SMALLEST: usize = 1 << 10;
+    /// 16 MiB. Polygons that are large for their voxels meet in very many pairs of them.
+    const LARGEST: usize = 1 << 20;
 
     fn forget(&mut self) {
         self.generation += 1;
+        self.count = 0;
     }
 
     #[inline]
     fn is_new(&mut self, a: u32, b: u32) -> bool {
         // Fibonacci hashing (Knuth, The Art of Computer Programming 3, section 6.4).
-        let hash = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - Self::BITS);
+        let hash = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let place = (hash >> 32) as usize & (self.seen.len() - 1);
         let entry = (a, b, self.generation);
-        std::mem::replace(&mut self.seen[hash as usize], entry) != entry
+        let is_new = std::mem::replace(&mut self.seen[place], entry) != entry;
+        self.count += usize::from(is_new);
+        if self.count > self.seen.len() && self.seen.len() < Self::LARGEST {
+            self.grow();
+        }
+        is_new
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        let size = 4 * self.seen.len();
+        self.seen.clear();
+        self.seen.resize(size, (0, 0, 0));
+        self.count = 0;
     }
 }

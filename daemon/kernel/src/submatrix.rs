@@ -41,7 +41,7 @@ pub(crate) struct Placed<'o> {
 }
 
 /// A voxel of some level: the node of that number in the matrix, or, at the last level, the voxel's list.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Voxel {
     pub level: u8,
     pub number: u32,

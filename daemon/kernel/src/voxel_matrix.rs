@@ -33,6 +33,8 @@ pub(crate) struct Node {
     pub occupied: u64,
     /// Number, in the next level, of the first of them.
     pub first_child: u32,
+    /// How many triangles occupy this voxel.
+    pub triangles: u32,
 }
 
 impl Node {
@@ -126,6 +128,15 @@ impl VoxelMatrix {
     #[inline]
     pub(crate) fn node(&self, level: usize, number: u32) -> Node {
         self.levels[level][number as usize]
+    }
+
+    /// How many triangles occupy a voxel of `level`.
+    #[inline]
+    pub(crate) fn triangle_count(&self, level: usize, number: u32) -> u32 {
+        match self.levels.get(level) {
+            Some(nodes) => nodes[number as usize].triangles,
+            None => self.starts[number as usize + 1] - self.starts[number as usize],
+        }
     }
 
     /// The triangles that occupy a voxel of `level`: ascending and each once for the full order; for a coarser one, the lists of
@@ -268,7 +279,7 @@ fn descend(
     for (voxel, triangles) in lists.voxels() {
         let masks = &masks[lists.starts[voxel] as usize..][..triangles.len()];
         let occupied = masks.iter().fold(0, |all, mask| all | mask);
-        nodes.push(Node { occupied, first_child: next.places.len() as u32 });
+        nodes.push(Node { occupied, first_child: next.places.len() as u32, triangles: triangles.len() as u32 });
         next.distribute(triangles, masks, occupied);
         next.places.extend(bits_of(occupied).map(|child| {
             let place = level.place[child as usize];

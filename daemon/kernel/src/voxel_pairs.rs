@@ -9,16 +9,25 @@ use crate::polygon_box::bits_of;
 use crate::report::StageCounts;
 use crate::submatrix::{PairFrame, Voxel, Which};
 
+/// Pairs of triangles that are compared as they are: about what it costs to split a voxel.
+const FEW: u64 = 4;
+
+/// A voxel is not split when its children, those that the other voxel reaches, hold so many times its triangles or more:
+/// polygons that are large for the voxels would only be met again and again.
+const MOST_REPEATED: u32 = 4;
+
 /// Two voxels, one of each body, not proven apart.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct VoxelPair {
     pub a: Voxel,
     pub b: Voxel,
+    /// Whether the first, or the second, is not worth splitting.
+    whole: [bool; 2],
 }
 
 impl VoxelPair {
     /// The two containers.
-    pub const CONTAINERS: VoxelPair = VoxelPair { a: Voxel::CONTAINER, b: Voxel::CONTAINER };
+    pub const CONTAINERS: VoxelPair = VoxelPair { a: Voxel::CONTAINER, b: Voxel::CONTAINER, whole: [false; 2] };
 }
 
 /// The descent through one pair of pyramids.
@@ -55,9 +64,15 @@ impl Descent<'_> {
         }
     }
 
-    /// Which voxel to split; `None` when neither can be.
+    /// Which voxel to split; `None` when neither can be, or need be.
     fn split(&self, pair: &VoxelPair) -> Option<Which> {
-        let last = |which: Which, voxel: Voxel| self.frame.is_last(which, voxel);
+        let triangles = |object: &Object, voxel: Voxel| {
+            u64::from(object.matrix().triangle_count(usize::from(voxel.level), voxel.number))
+        };
+        if triangles(self.a, pair.a) * triangles(self.b, pair.b) <= FEW {
+            return None;
+        }
+        let last = |which: Which, voxel: Voxel| pair.whole[which as usize] || self.frame.is_last(which, voxel);
         match (last(Which::First, pair.a), last(Which::Second, pair.b)) {
             (true, true) => None,
             (true, false) => Some(Which::Second),
@@ -86,6 +101,7 @@ impl Descent<'_> {
             submatrix &= halved.children_between(axis, places);
         }
         let axes = PairFrame::other_axes(split);
+        let (first_new, mut repeated) = (stack.len(), 0);
         for child in bits_of(submatrix) {
             let place = halved.place[child as usize];
             let index = [0, 1, 2].map(|axis| parent.index[axis] << halved.bits[axis] | u32::from(place[axis]));
@@ -93,10 +109,17 @@ impl Descent<'_> {
                 continue;
             }
             let voxel = Voxel { level: parent.level + 1, number: node.child(child), index };
+            repeated += matrix.triangle_count(level + 1, voxel.number);
             stack.push(match split {
-                Which::First => VoxelPair { a: voxel, b: other },
-                Which::Second => VoxelPair { a: other, b: voxel },
+                Which::First => VoxelPair { a: voxel, ..*pair },
+                Which::Second => VoxelPair { b: voxel, ..*pair },
             });
+        }
+        if repeated / MOST_REPEATED >= node.triangles {
+            stack.truncate(first_new);
+            let mut whole = *pair;
+            whole.whole[split as usize] = true;
+            stack.push(whole);
         }
         u64::from(submatrix.count_ones())
     }

@@ -80,7 +80,7 @@ fn check_all(args: &Args, interrupt: &Interrupt) -> Result<Outcome, Box<dyn Erro
         let client = Client::builder().instance(&args.instance).name(CLIENT_NAME).connect()?;
         return check_scenes(&client, args, interrupt);
     }
-    let mut daemon = PrivateDaemon::start(interrupt)?;
+    let mut daemon = PrivateDaemon::start(Some(interrupt))?;
     let outcome = {
         let client = daemon.connect(CLIENT_NAME)?;
         check_scenes(&client, args, interrupt)

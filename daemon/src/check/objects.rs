@@ -1,6 +1,7 @@
 //! The objects of a scene file in the daemon, under a database of their own, as long as they are needed.
 
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use collided_client::{Client, Database, Mesh, Object};
 
@@ -16,7 +17,7 @@ pub(super) struct Objects {
 
 impl Objects {
     pub fn load(client: &Client, path: &Path, file: &SceneFile) -> Result<Objects, CheckError> {
-        let database = client.database(format!("check-{}", std::process::id()));
+        let database = client.database(database_name());
         let mut objects = Objects { database, loaded: Vec::with_capacity(file.objects.len()) };
         for object in &file.objects {
             let loaded = objects.load_one(object).map_err(|source| CheckError::Object {
@@ -50,6 +51,13 @@ impl Objects {
     pub fn get(&self, place: usize) -> &Object {
         &self.loaded[place]
     }
+}
+
+/// A name that no other check has: not one in another container with the same process id, nor one that was killed, and has
+/// left its objects in a running daemon.
+fn database_name() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    format!("check-{}-{:x}", std::process::id(), now.as_nanos())
 }
 
 impl Drop for Objects {

@@ -1,5 +1,6 @@
 //! `collided load`.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -46,14 +47,15 @@ pub fn run(args: &Args) -> Outcome {
     drop(bar);
     let object = object?;
     let info = object.info();
-    println!(
+    writeln!(
+        std::io::stdout(),
         "{}/{name}: {} polygons, order {}, {} voxels, {}",
         args.database,
         info.polygons,
         info.order,
         info.occupied_voxels,
         human_bytes(info.memory)
-    );
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,6 +1,6 @@
 //! The table that lives while the demonstration runs.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
@@ -54,7 +54,7 @@ impl Live {
         if std::io::stderr().is_terminal() {
             return Live { steps, kind: Kind::Terminal(Box::new(Rows::new(steps))) };
         }
-        println!("{:<NAME_WIDTH$}{:>11}{}", "scene", "step", columns::headings());
+        print_line(format_args!("{:<NAME_WIDTH$}{:>11}{}", "scene", "step", columns::headings()));
         Live { steps, kind: Kind::Plain }
     }
 
@@ -72,8 +72,13 @@ fn plain(scene: usize, event: &Event, steps: u64) {
     let (number, stride) = (step.step + 1, steps.div_ceil(PLAIN_LINES).max(1));
     if number % stride == 0 || number == steps {
         let progress = format!("{number}/{steps}");
-        println!("{:<NAME_WIDTH$}{progress:>11}{}", SCENES[scene].name, columns::row(step));
+        print_line(format_args!("{:<NAME_WIDTH$}{progress:>11}{}", SCENES[scene].name, columns::row(step)));
     }
+}
+
+/// A failure is reported when the summary is printed.
+fn print_line(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 impl Rows {

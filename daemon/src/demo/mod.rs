@@ -11,7 +11,7 @@ mod scenes;
 mod vector;
 
 use std::error::Error;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
 use std::process::{ChildStdout, ExitCode, Stdio};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -52,23 +52,26 @@ pub fn run(args: Args) -> Result<ExitCode, Box<dyn Error>> {
         return Ok(ExitCode::from(INTERRUPTED));
     }
     let stories = outcome?;
-    print_summary(&stories);
+    let mut out = std::io::stdout();
+    print_summary(&mut out, &stories)?;
     draw(&args, &stories)?;
-    println!("\nthe picture with the interfering polygons in red: {}", args.picture.display());
+    writeln!(out, "\nthe picture with the interfering polygons in red: {}", args.picture.display())?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Runs daemon and clients to their end.
 fn play(args: &Args, interrupt: &Interrupt) -> Result<Vec<Story>, Box<dyn Error>> {
-    let mut daemon = PrivateDaemon::start(interrupt)?;
+    // An interrupt ends the clients alone: the daemon that outlives them can clear up after them.
+    let mut daemon = PrivateDaemon::start(None)?;
     // A daemon that does not come up says why here, before there are clients that wait for it.
     drop(daemon.connect("collided demo")?);
-    println!("a daemon process and {} client processes, {} steps each\n", SCENES.len(), args.steps);
+    let mut out = std::io::stdout();
+    writeln!(out, "a daemon process and {} client processes, {} steps each\n", SCENES.len(), args.steps)?;
     let (sender, events) = mpsc::channel();
     let clients = SCENES
         .iter()
         .enumerate()
-        .map(|(number, scene)| start_client(number, scene, daemon.instance(), args.steps, sender.clone(), interrupt))
+        .map(|(number, scene)| start_client(number, scene, &daemon, args.steps, sender.clone(), interrupt))
         .collect::<Result<Vec<_>, _>>()?;
     drop(sender);
     let stories = listen(&events, args.steps);
@@ -89,15 +92,17 @@ fn play(args: &Args, interrupt: &Interrupt) -> Result<Vec<Story>, Box<dyn Error>
 fn start_client(
     number: usize,
     scene: &Scene,
-    instance: &str,
+    daemon: &PrivateDaemon,
     steps: u64,
     events: Sender<(usize, Event)>,
     interrupt: &Interrupt,
 ) -> Result<OwnProcess, Box<dyn Error>> {
     let mut command = OwnProcess::command()?;
-    command.args(["demo-client", "--instance", instance, "--scene", scene.name, "--steps", &steps.to_string()]);
-    command.stdin(Stdio::null()).stdout(Stdio::piped());
-    let mut client = OwnProcess::spawn(&mut command, interrupt)?;
+    let steps = steps.to_string();
+    command.args(["demo-client", "--instance", daemon.instance(), "--scene", scene.name, "--steps", &steps]);
+    // Should this process be killed, the client ends when it finds nobody reading its events; the daemon ends after that.
+    command.stdin(daemon.lifeline()?).stdout(Stdio::piped());
+    let mut client = OwnProcess::spawn(&mut command, Some(interrupt))?;
     if let Some(output) = client.child().stdout.take() {
         thread::spawn(move || pass_on(output, number, &events));
     }
@@ -129,15 +134,16 @@ fn listen(events: &Receiver<(usize, Event)>, steps: u64) -> Vec<Story> {
     stories
 }
 
-fn print_summary(stories: &[Story]) {
-    println!("\n{:<10}{:>13}{}", "medians", "interfering", columns::headings());
+fn print_summary(out: &mut impl Write, stories: &[Story]) -> std::io::Result<()> {
+    writeln!(out, "\n{:<10}{:>13}{}", "medians", "interfering", columns::headings())?;
     for (story, scene) in stories.iter().zip(&SCENES) {
         let interfering = story.steps.iter().filter(|step| step.pairs > 0).count();
         let steps = format!("{interfering}/{}", story.steps.len());
         if let Some(median) = columns::median(&story.steps) {
-            println!("{:<10}{steps:>13}{}", scene.name, columns::row(&median));
+            writeln!(out, "{:<10}{steps:>13}{}", scene.name, columns::row(&median))?;
         }
     }
+    Ok(())
 }
 
 fn draw(args: &Args, stories: &[Story]) -> Result<(), Box<dyn Error>> {

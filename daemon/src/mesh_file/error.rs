@@ -48,6 +48,7 @@ impl MeshFileError {
                 io::ErrorKind::NotFound => "check the path; the file must be there for the process that reads it",
                 io::ErrorKind::PermissionDenied => "allow the user who runs the daemon to read it",
                 io::ErrorKind::IsADirectory => "name a file in that directory",
+                io::ErrorKind::InvalidInput => "name a file, not a pipe or a device",
                 _ => "check the file and its file system",
             },
             MeshFileError::UnknownEnding { .. } => {

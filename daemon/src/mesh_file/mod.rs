@@ -15,10 +15,11 @@ mod text;
 mod tests;
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 use collided_kernel::PolygonMesh;
+use rustix::fs::{Mode, OFlags};
 
 pub use error::{Malformed, MeshFileError, Place};
 
@@ -81,8 +82,8 @@ pub fn parse(bytes: &[u8], format: Format, progress: Progress<'_>) -> Result<Pol
     }
 }
 
-fn read_bytes(path: &Path, progress: Progress<'_>) -> std::io::Result<Vec<u8>> {
-    let mut file = File::open(path)?;
+fn read_bytes(path: &Path, progress: Progress<'_>) -> io::Result<Vec<u8>> {
+    let mut file = open(path)?;
     let length = file.metadata()?.len();
     let mut bytes = Vec::new();
     loop {
@@ -92,6 +93,17 @@ fn read_bytes(path: &Path, progress: Progress<'_>) -> std::io::Result<Vec<u8>> {
         }
         let done = bytes.len() as u64;
         progress(done, 2 * length.max(done));
+    }
+}
+
+/// Opens a regular file. Anything else might never end, or keep its reader waiting for ever: the daemon reads what any
+/// client names.
+fn open(path: &Path) -> io::Result<File> {
+    let file = File::from(rustix::fs::open(path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC, Mode::empty())?);
+    match file.metadata()?.file_type() {
+        kind if kind.is_file() => Ok(file),
+        kind if kind.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")),
     }
 }
 

@@ -133,7 +133,7 @@ fn effects(place: &str, names: &[String]) -> Result<Effects, Invalid> {
     names
         .iter()
         .map(|name| {
-            Effect::ALL.into_iter().find(|effect| effect.name() == name).ok_or_else(|| {
+            Effect::named(name).ok_or_else(|| {
                 let problem = match LATER_EFFECTS.contains(&name.as_str()) {
                     true => format!("the effect \"{name}\" is not computed by this version"),
                     false => format!("there is no effect \"{name}\""),
