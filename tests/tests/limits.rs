@@ -106,7 +106,7 @@ fn reports_grow_and_those_that_are_held_stay_as_they_are() {
     for (step, count) in [2_u32, 40, 200, 500].into_iter().enumerate() {
         let (vertices, corners) = star(count);
         let mesh = Mesh { vertices: &vertices, corner_counts: &vec![3; count as usize], corners: &corners };
-        let object = client.database("stars").loading(&format!("star {count}")).order(0).mesh(&mesh).unwrap();
+        let object = client.database("stars").loading(&format!("star {count}")).mesh(&mesh).unwrap();
         let bodies = scene.bodies().to_vec();
         scene.remove_bodies(&bodies).unwrap();
         scene.add_body(&format!("a {step}"), &object).unwrap();

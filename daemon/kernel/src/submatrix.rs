@@ -242,7 +242,8 @@ fn columns(rows: &Rows) -> [DVec3; 3] {
     [0, 1, 2].map(|column| DVec3::new(rows[0][column], rows[1][column], rows[2][column]))
 }
 
-/// The fifteen axes. One that comes out as zero, as those of flattened bodies may, never separates anything.
+/// The fifteen axes. One that comes out as zero separates nothing, and flattened bodies may have no other: the world's own axes
+/// take the place of those.
 fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; AXES] {
     let (a, b) = (columns_a.map(unit_scale), columns_b.map(unit_scale));
     let faces = |edges: &[DVec3; 3]| [edges[1].cross(edges[2]), edges[2].cross(edges[0]), edges[0].cross(edges[1])];
@@ -252,6 +253,11 @@ fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; AXES] {
     for (i, edge) in a.iter().enumerate() {
         for (j, other) in b.iter().enumerate() {
             directions[6 + 3 * i + j] = edge.cross(*other);
+        }
+    }
+    for (axis, direction) in directions.iter_mut().enumerate() {
+        if *direction == DVec3::ZERO {
+            *direction = DVec3::AXES[axis % 3];
         }
     }
     directions
