@@ -19,6 +19,8 @@ use iceoryx2::port::client::Client as RawPort;
 use iceoryx2::prelude::*;
 
 const BODIES: usize = 1000;
+/// Cubic units that each body of unit size has to itself.
+const ROOM: f64 = 4.0;
 const RECORDS: usize = 100;
 const REPLY_WORDS: usize = RECORDS * size_of::<PairRecord>() / size_of::<Word>();
 
@@ -136,7 +138,7 @@ fn steps(criterion: &mut Criterion) {
         });
     }
     let (mut scene, size) = scene(&client, BODIES);
-    let moves: Vec<Vec<Rows>> = crowd::moving(BODIES, 20, 0.8, 7).iter().map(|step| scaled(size, step)).collect();
+    let moves: Vec<Vec<Rows>> = crowd::moving(BODIES, 20, ROOM, 7).iter().map(|step| scaled(size, step)).collect();
     let mut moves = moves.iter().cycle();
     group.sample_size(20).bench_function("1000_bodies_moving", |bencher| {
         bencher.iter(|| moves.next().map(|rows| scene.step(rows).expect("a report").pairs().len()));

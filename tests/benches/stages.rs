@@ -12,6 +12,9 @@ use collided_tests::meshes;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 
+/// Cubic units that each body of unit size has to itself: three boxes overlap each body's, and one in seven pairs interferes.
+const ROOM: f64 = 4.0;
+
 struct Monotonic(Instant);
 
 impl Workforce for Monotonic {}
@@ -35,7 +38,7 @@ impl Crowd {
         let bunny = meshes::shipped("low_poly_bunny", None);
         let size = 1.0 / meshes::longest_side(&bunny);
         let scaled = |rows: Rows| rows.map(|[x, y, z, t]| [size * x, size * y, size * z, t]);
-        let steps = crowd::moving(count, 20, 0.8, 7);
+        let steps = crowd::moving(count, 20, ROOM, 7);
         let steps = steps.into_iter().map(|step| step.into_iter().map(scaled).collect()).collect();
         let mut scene = Scene::new(effects);
         (0..count).for_each(|_| {
@@ -82,6 +85,7 @@ fn stages(criterion: &mut Criterion) {
     ];
     let pool = pool(1);
     let mut group = criterion.benchmark_group("stage_of_1000_bodies");
+    group.sample_size(20);
     for (name, time) in STAGES {
         let mut crowd = Crowd::new(1000, Effects::POLYGON_PAIRS);
         group.bench_function(name, |bencher| {

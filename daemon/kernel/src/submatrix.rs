@@ -218,10 +218,11 @@ impl Side {
         side
     }
 
-    /// The first level whose voxels are within `noise` of a point, or the last one.
+    /// The first level whose voxels are within `noise` of a point, or as large in the world as those of the last one (which they
+    /// are when the body is flattened across the side that is halved), or the last one.
     fn depth(&self, object: &Object, noise: f64) -> usize {
         let last = object.matrix().depth();
-        (0..last).find(|&level| self.size[level] <= noise).unwrap_or(last)
+        (0..last).find(|&level| self.size[level] <= noise.max(self.size[last])).unwrap_or(last)
     }
 
     /// Centre of a voxel, in the object's frame. Counted from the middle, so that nothing overflows.
