@@ -8,11 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use collided_client::{BodySpec, Client, Effect, Scene};
+use collided_client::{BodySpec, Client, Effect, Scene, transport};
+use collided_protocol::names::Rendezvous;
 use collided_protocol::report::{PairRecord, ReportHeader, StageTimes};
 use collided_protocol::step::{ROWS_WORDS, Rows, StepHeader, Word};
+use collided_protocol::{ICEORYX2_VERSION, PROTOCOL_VERSION};
 use collided_tests::crowd;
-use collided_tests::daemon_process::DaemonProcess;
+use collided_tests::daemon_process::{DaemonProcess, RuntimeDirectory, shared_files};
 use collided_tests::meshes;
 use criterion::{Criterion, criterion_group, criterion_main};
 use iceoryx2::port::client::Client as RawPort;
@@ -31,15 +33,18 @@ struct Raw {
     client: RawClient,
     stop: Arc<AtomicBool>,
     server: Option<JoinHandle<()>>,
+    epoch: Rendezvous,
     _node: Node<ipc_threadsafe::Service>,
+    _root: RuntimeDirectory,
 }
 
 impl Raw {
     fn start() -> Raw {
-        let node = NodeBuilder::new().create::<ipc_threadsafe::Service>().expect("an iceoryx2 node");
-        let name = format!("collided-bench-{}", std::process::id());
+        let root = RuntimeDirectory::new();
+        let epoch = own_epoch(&root);
+        let node = transport::create_node(&epoch).expect("an iceoryx2 node");
         let service = node
-            .service_builder(&name.as_str().try_into().expect("a service name"))
+            .service_builder(&transport::service_name("raw").expect("a service name"))
             .request_response::<[Word], [Word]>()
             .request_user_header::<StepHeader>()
             .response_user_header::<ReportHeader>()
@@ -59,7 +64,7 @@ impl Raw {
             }
         });
         let client = service.client_builder().initial_max_slice_len(BODIES * ROWS_WORDS).create().expect("a client");
-        Raw { client, stop, server: Some(answering), _node: node }
+        Raw { client, stop, server: Some(answering), epoch, _node: node, _root: root }
     }
 
     fn round_trip(&self, words: &[Word]) -> Word {
@@ -80,6 +85,21 @@ impl Drop for Raw {
         if let Some(server) = self.server.take() {
             server.join().expect("the raw server ends");
         }
+        shared_files(&self.epoch).iter().for_each(|file| drop(std::fs::remove_file(file)));
+    }
+}
+
+/// Names of its own for iceoryx2's files, as each daemon has them.
+fn own_epoch(root: &RuntimeDirectory) -> Rendezvous {
+    Rendezvous {
+        epoch: "raw".to_owned(),
+        pid: std::process::id(),
+        protocol_min: PROTOCOL_VERSION,
+        protocol_max: PROTOCOL_VERSION,
+        iceoryx2: ICEORYX2_VERSION.to_owned(),
+        iceoryx2_prefix: format!("raw-{}-", std::process::id()),
+        iceoryx2_root: root.path().to_string_lossy().into_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
     }
 }
 
