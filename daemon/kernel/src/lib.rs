@@ -4,7 +4,7 @@
 //!
 //! | built once per object | |
 //! |---|---|
-//! | [`mesh`], [`triangulation`](self) , [`object`] | polygons, cut into triangles |
+//! | [`mesh`], `triangulation`, [`object`] | polygons, cut into triangles |
 //! | [`container`] | the object's box and its halving |
 //! | `polygon_box`, [`voxel_matrix`] | which polygons occupy which voxel |
 //!

@@ -2,7 +2,7 @@
 //!
 //! Triangles in general position follow Guigue and Devillers, "Fast and Robust Triangle-Triangle Overlap Test Using
 //! Orientation Predicates", JGT 2003, section 3: each triangle meets the other's plane in an interval of the line that the
-//! planes share, and two signs order the intervals. What lies in one plane, and pieces without area, go to [`flat`].
+//! planes share, and two signs order the intervals. What lies in one plane, and pieces without area, go to `flat.rs`.
 
 mod flat;
 

@@ -1,6 +1,6 @@
 //! Scene files: objects, bodies, what to compute and a list of steps, as TOML or JSON by the ending of the name.
 //!
-//! Reading goes through [`document`], the shape of the file as serde sees it, and [`validate`], which resolves names and
+//! Reading goes through `document`, the shape of the file as serde sees it, and `validate`, which resolves names and
 //! says by name what does not fit. Values that only the daemon can judge (NaN and infinity, vertex indices, orders) are
 //! left to it, so that files, uploads and steps get the same answer.
 
