@@ -38,8 +38,8 @@ pub(crate) struct Descent<'s> {
 }
 
 impl Descent<'_> {
-    /// Goes on until `leaves` has `wanted` pairs of voxels that are not split further, or `stack` is empty, or `budget` comparisons have
-    /// been made.
+    /// Goes on until `leaves` has `wanted` pairs of voxels that are not split further, or `stack` is empty, or `budget`
+    /// comparisons have been made.
     pub fn advance(
         &self,
         stack: &mut Vec<VoxelPair>,
