@@ -42,7 +42,7 @@ pub mod instance;
 pub mod transport;
 
 pub use collided_protocol::control::{ClientStatus, ObjectInfo, Reply, Request, SceneStatus, Status};
-pub use collided_protocol::report::{Level, Relation, StageCounts, StageTimes, Verdict};
+pub use collided_protocol::report::{Containment, Level, Relation, StageCounts, StageTimes, Verdict};
 pub use collided_protocol::step::Rows;
 pub use collided_protocol::{Effect, Effects, ErrorCode, WireError};
 pub use connect::{Client, ClientBuilder};

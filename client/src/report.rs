@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use collided_protocol::WireError;
 use collided_protocol::report::{
-    Level, PairRecord, PolygonPairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK,
-    StageCounts, StageTimes, Verdict,
+    Containment, Level, PairRecord, PolygonPairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS,
+    STATUS_OK, StageCounts, StageTimes, Verdict,
 };
 use collided_protocol::step::Word;
 
@@ -38,7 +38,7 @@ impl Drop for Held {
     }
 }
 
-/// A pair of bodies that is not proven clear.
+/// A pair of bodies that is not proven clear, or of which an effect has something to say.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<'a> {
     record: &'a PairRecord,
@@ -88,7 +88,8 @@ impl Report {
         section(self.header(), self.words(), number).unwrap_or_default()
     }
 
-    /// The pairs that are not proven clear, ordered by (a, b); in each, a < b.
+    /// The pairs that are not proven clear, and those of which an effect has something to say, ordered by (a, b); in each,
+    /// a < b.
     pub fn pairs(&self) -> impl ExactSizeIterator<Item = Pair<'_>> {
         let polygon_pairs: &[PolygonPairRecord] = self.records(SECTION_POLYGON_PAIRS);
         self.records::<PairRecord>(SECTION_PAIRS).iter().map(move |record| {
@@ -154,6 +155,11 @@ impl<'a> Pair<'a> {
         Relation::from_code(self.record.relation).unwrap_or(Relation::None)
     }
 
+    /// Which body is inside the other; given with the effect `containment`.
+    pub fn containment(&self) -> Containment {
+        Containment::from_code(self.record.containment).unwrap_or(Containment::None)
+    }
+
     /// The interfering polygon pairs, ordered by (a, b); empty unless the effect `polygon_pairs` was asked for.
     pub fn polygon_pairs(&self) -> impl ExactSizeIterator<Item = PolygonPair> + use<'a> {
         self.polygon_pairs.iter().map(|record| PolygonPair {
@@ -183,7 +189,8 @@ fn check_pair(pair: &PairRecord, polygon_pair_count: usize) -> Result<(), Error>
     let end = pair.first_polygon_pair as usize + pair.polygon_pair_count as usize;
     let codes = Verdict::from_code(pair.verdict).is_some()
         && Level::from_code(pair.level).is_some()
-        && Relation::from_code(pair.relation).is_some();
+        && Relation::from_code(pair.relation).is_some()
+        && Containment::from_code(pair.containment).is_some();
     if end > polygon_pair_count || !codes {
         return Err(Error::BadReply(format!("the record of bodies {} and {} is malformed", pair.a, pair.b)));
     }

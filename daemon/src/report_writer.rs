@@ -6,8 +6,8 @@ use collided_client::transport::{self, StepActive};
 use collided_kernel as kernel;
 use collided_protocol::limits::MAX_REPORT_WORDS;
 use collided_protocol::report::{
-    Level, PairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK, Section, StageCounts,
-    StageTimes, Verdict,
+    Containment, Level, PairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK, Section,
+    StageCounts, StageTimes, Verdict,
 };
 use collided_protocol::step::Word;
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
@@ -105,10 +105,10 @@ fn pair_records(report: &kernel::Report<'_>) -> impl Iterator<Item = PairRecord>
             verdict: verdict(pair.verdict) as u8,
             level: level(pair.level) as u8,
             relation: pair.relation.map_or(Relation::None, relation) as u8,
-            reserved: 0,
+            containment: pair.containment.map_or(Containment::None, containment) as u8,
             first_polygon_pair,
             polygon_pair_count,
-            reserved2: 0,
+            reserved: 0,
         };
         first_polygon_pair += polygon_pair_count;
         record
@@ -156,6 +156,20 @@ fn relation(relation: kernel::Relation) -> Relation {
     }
 }
 
+fn containment(containment: kernel::Containment) -> Containment {
+    match containment {
+        kernel::Containment::None => Containment::None,
+        kernel::Containment::AInB => Containment::AInB,
+        kernel::Containment::BInA => Containment::BInA,
+        kernel::Containment::APartlyInB => Containment::APartlyInB,
+        kernel::Containment::BPartlyInA => Containment::BPartlyInA,
+        kernel::Containment::UnknownAOpen => Containment::UnknownAOpen,
+        kernel::Containment::UnknownBOpen => Containment::UnknownBOpen,
+        kernel::Containment::UnknownAInconsistent => Containment::UnknownAInconsistent,
+        kernel::Containment::UnknownBInconsistent => Containment::UnknownBInconsistent,
+    }
+}
+
 fn stage_counts(counts: &kernel::StageCounts) -> StageCounts {
     StageCounts {
         boxes: counts.boxes,
@@ -166,6 +180,7 @@ fn stage_counts(counts: &kernel::StageCounts) -> StageCounts {
         voxel_pairs: counts.voxel_pairs,
         polygon_candidates: counts.polygon_candidates,
         exact_tests: counts.exact_tests,
+        containment_tests: counts.containment_tests,
         interfering_pairs: counts.interfering_pairs,
         polygon_pairs: counts.polygon_pairs,
     }

@@ -229,6 +229,7 @@ fn kernel_effects(effects: Effects) -> kernel::Effects {
     effects.iter().fold(kernel::Effects::NONE, |all, effect| {
         all.union(match effect {
             Effect::PolygonPairs => kernel::Effects::POLYGON_PAIRS,
+            Effect::Containment => kernel::Effects::CONTAINMENT,
             _ => kernel::Effects::INTERFERENCE,
         })
     })

@@ -11,17 +11,20 @@ pub enum Effect {
     Interference,
     /// Every interfering polygon pair, ordered, with its relation.
     PolygonPairs,
+    /// Which body lies wholly inside the other, their surfaces apart. Such a pair is interfering too.
+    Containment,
 }
 
 impl Effect {
     /// Every effect of this protocol version.
-    pub const ALL: [Effect; 2] = [Effect::Interference, Effect::PolygonPairs];
+    pub const ALL: [Effect; 3] = [Effect::Interference, Effect::PolygonPairs, Effect::Containment];
 
     /// The name used in scene files, in JSON output and on the control channel.
     pub const fn name(self) -> &'static str {
         match self {
             Effect::Interference => "interference",
             Effect::PolygonPairs => "polygon_pairs",
+            Effect::Containment => "containment",
         }
     }
 

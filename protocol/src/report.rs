@@ -10,7 +10,8 @@ use iceoryx2::prelude::ZeroCopySend;
 /// [`ReportHeader::status`] of a step that was answered; any other value is an [`ErrorCode`](crate::ErrorCode).
 pub const STATUS_OK: u32 = 0;
 
-/// Section of [`PairRecord`]s: the pairs not proven clear, ordered by (a, b), a < b.
+/// Section of [`PairRecord`]s: the pairs not proven clear, and those of which an effect has something to say, ordered by
+/// (a, b), a < b.
 pub const SECTION_PAIRS: usize = 0;
 /// Section of [`PolygonPairRecord`]s: those of the first pair, then those of the second, each ordered by (a, b).
 pub const SECTION_POLYGON_PAIRS: usize = 1;
@@ -47,6 +48,8 @@ pub struct StageCounts {
     pub polygon_candidates: u64,
     /// Of these, pairs that went to the exact test.
     pub exact_tests: u64,
+    /// Pairs of bodies, their surfaces apart, of which it was asked whether one is inside the other.
+    pub containment_tests: u64,
     /// Interfering pairs of bodies.
     pub interfering_pairs: u64,
     /// Interfering pairs of polygons in the report.
@@ -146,6 +149,51 @@ pub enum Relation {
     Cross = 3,
 }
 
+/// Which of two bodies lies inside the other, their surfaces apart. Given with the effect `containment`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Containment {
+    /// Not asked for, or neither.
+    None = 0,
+    /// The whole of `a` is inside `b`.
+    AInB = 1,
+    /// The whole of `b` is inside `a`.
+    BInA = 2,
+    /// Some connected parts of `a` are inside `b`, others are not.
+    APartlyInB = 3,
+    /// Some connected parts of `b` are inside `a`, others are not.
+    BPartlyInA = 4,
+    /// Not known: `b` is within the container of `a`, whose surface is open.
+    UnknownAOpen = 5,
+    /// Not known: `a` is within the container of `b`, whose surface is open.
+    UnknownBOpen = 6,
+    /// Not known: `b` is within the container of `a`, whose polygons disagree about which side is out.
+    UnknownAInconsistent = 7,
+    /// Not known: `a` is within the container of `b`, whose polygons disagree about which side is out.
+    UnknownBInconsistent = 8,
+}
+
+impl Containment {
+    /// Why it is not known; `None` when it is.
+    pub const fn reason(self) -> Option<&'static str> {
+        match self {
+            Containment::UnknownAOpen => {
+                Some("the object of body a is open: some edges have a polygon on one side only")
+            }
+            Containment::UnknownBOpen => {
+                Some("the object of body b is open: some edges have a polygon on one side only")
+            }
+            Containment::UnknownAInconsistent => {
+                Some("neighbouring polygons of body a disagree about which side is out")
+            }
+            Containment::UnknownBInconsistent => {
+                Some("neighbouring polygons of body b disagree about which side is out")
+            }
+            _ => None,
+        }
+    }
+}
+
 macro_rules! codes {
     ($type:ident { $($variant:ident = $name:literal),+ $(,)? }) => {
         impl $type {
@@ -166,6 +214,17 @@ macro_rules! codes {
 codes!(Verdict { Clear = "clear", Interfering = "interfering", Possible = "possible" });
 codes!(Level { GlobalBoxes = "global_boxes", Containers = "containers", Voxels = "voxels", Polygons = "polygons" });
 codes!(Relation { None = "none", Touch = "touch", Coplanar = "coplanar", Cross = "cross" });
+codes!(Containment {
+    None = "none",
+    AInB = "a_in_b",
+    BInA = "b_in_a",
+    APartlyInB = "a_partly_in_b",
+    BPartlyInA = "b_partly_in_a",
+    UnknownAOpen = "unknown",
+    UnknownBOpen = "unknown",
+    UnknownAInconsistent = "unknown",
+    UnknownBInconsistent = "unknown",
+});
 
 /// One pair of bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
@@ -181,14 +240,14 @@ pub struct PairRecord {
     pub level: u8,
     /// A [`Relation`].
     pub relation: u8,
-    /// Zero in this version.
-    pub reserved: u8,
+    /// A [`Containment`].
+    pub containment: u8,
     /// The pair's first record in [`SECTION_POLYGON_PAIRS`].
     pub first_polygon_pair: u32,
     /// How many records it has there.
     pub polygon_pair_count: u32,
     /// Zero in this version.
-    pub reserved2: u32,
+    pub reserved: u32,
 }
 
 /// One pair of interfering polygons.
@@ -205,6 +264,6 @@ pub struct PolygonPairRecord {
 
 const _: () = assert!(size_of::<PairRecord>() == 24);
 const _: () = assert!(size_of::<PolygonPairRecord>() == 12);
-const _: () = assert!(size_of::<StageCounts>() == 80);
+const _: () = assert!(size_of::<StageCounts>() == 88);
 const _: () = assert!(size_of::<StageTimes>() == 72);
-const _: () = assert!(size_of::<ReportHeader>() == 288);
+const _: () = assert!(size_of::<ReportHeader>() == 296);

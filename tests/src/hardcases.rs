@@ -73,6 +73,10 @@ pub enum Expected {
 pub struct Answer {
     /// Whether the surfaces have a point in common.
     pub surface_contact: bool,
+    /// Which of the two is inside the other: `a_in_b`, `b_in_a`.
+    pub containment: Option<String>,
+    /// Either of these.
+    pub interfering: bool,
     /// The strongest relation of the surfaces.
     #[serde(deserialize_with = "relation")]
     pub relation: Relation,

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use collided_kernel::{
-    BodyId, Effects, NoClock, Object, Report, Scene, StepError, Transforms, Verdict, brute_force, polygon_test,
+    BodyId, Containment, Effects, NoClock, Object, Report, Scene, StepError, Transforms, Verdict, brute_force,
+    polygon_test,
 };
 use collided_protocol::report::Relation;
 use collided_protocol::step::Rows;
@@ -41,18 +42,26 @@ pub struct Outcome {
     pub relation: Relation,
     /// Polygon of the first body, of the second, and how they meet; empty when not asked for.
     pub polygon_pairs: Vec<(u32, u32, Relation)>,
+    /// Which body is inside the other; [`Containment::None`] when not asked for.
+    pub containment: Containment,
 }
 
 impl Outcome {
     /// Of all interfering polygon pairs of two surfaces.
     pub fn of(polygon_pairs: Vec<(u32, u32, Relation)>) -> Outcome {
-        Outcome { interfering: !polygon_pairs.is_empty(), relation: oracle::strongest(&polygon_pairs), polygon_pairs }
+        Outcome {
+            interfering: !polygon_pairs.is_empty(),
+            relation: oracle::strongest(&polygon_pairs),
+            polygon_pairs,
+            containment: Containment::None,
+        }
     }
 
     /// What the same bodies give when the second one is named first.
     pub fn swapped(mut self) -> Outcome {
         self.polygon_pairs.iter_mut().for_each(|(a, b, _)| std::mem::swap(a, b));
         self.polygon_pairs.sort_unstable();
+        self.containment = swapped(self.containment);
         self
     }
 }
@@ -78,6 +87,21 @@ impl KernelPair {
     }
 }
 
+/// The same of two bodies that have changed places.
+fn swapped(containment: Containment) -> Containment {
+    match containment {
+        Containment::None => Containment::None,
+        Containment::AInB => Containment::BInA,
+        Containment::BInA => Containment::AInB,
+        Containment::APartlyInB => Containment::BPartlyInA,
+        Containment::BPartlyInA => Containment::APartlyInB,
+        Containment::UnknownAOpen => Containment::UnknownBOpen,
+        Containment::UnknownBOpen => Containment::UnknownAOpen,
+        Containment::UnknownAInconsistent => Containment::UnknownBInconsistent,
+        Containment::UnknownBInconsistent => Containment::UnknownAInconsistent,
+    }
+}
+
 /// What the brute-force twin finds, everything asked for.
 pub fn brute_force([a, b]: [&Object; 2], [rows_a, rows_b]: [&Rows; 2]) -> Outcome {
     let found = brute_force::polygon_pairs(a, rows_a, b, rows_b);
@@ -87,18 +111,18 @@ pub fn brute_force([a, b]: [&Object; 2], [rows_a, rows_b]: [&Rows; 2]) -> Outcom
 fn outcome(report: &Report<'_>, bodies: [BodyId; 2]) -> Outcome {
     let [pair] = report.pairs() else {
         assert!(report.pairs().is_empty(), "two bodies are one pair, not {}", report.pairs().len());
-        return Outcome { interfering: false, relation: Relation::None, polygon_pairs: Vec::new() };
+        return Outcome::of(Vec::new());
     };
     assert_eq!([pair.a, pair.b], bodies);
-    assert_eq!(
-        pair.verdict,
-        Verdict::Interfering,
-        "at full accuracy nothing stays open, and what is clear is not listed"
-    );
+    let interfering = pair.verdict == Verdict::Interfering;
+    let unknown = pair.containment.is_some_and(|containment| containment != Containment::None);
+    assert!(pair.verdict != Verdict::Possible, "at full accuracy nothing stays open");
+    assert!(interfering || unknown, "what is clear is listed only when its containment is not known");
     let found = report.polygon_pairs(pair).iter();
     Outcome {
-        interfering: true,
+        interfering,
         relation: relation(pair.relation),
         polygon_pairs: found.map(|found| (found.a, found.b, relation(Some(found.relation)))).collect(),
+        containment: pair.containment.unwrap_or(Containment::None),
     }
 }

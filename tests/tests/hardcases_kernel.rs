@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use collided_kernel::{Effects, Object, ObjectError, PolygonMesh, StepError};
-use collided_protocol::report::Relation;
+use collided_kernel::{Containment, Effects, Object, ObjectError, PolygonMesh, StepError};
 use collided_tests::hardcases::{self, Answer, Case, Expected, Mesh};
 use collided_tests::kernel_pair::{KernelPair, Outcome};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -66,8 +65,10 @@ fn same_triangles(mesh: &Mesh) -> bool {
 /// What is wrong with an outcome; `None` when nothing is.
 fn fault(case: &Case, answer: &Answer, outcome: &Outcome, relations_comparable: bool) -> Option<String> {
     let pairs: Vec<_> = outcome.polygon_pairs.iter().map(|&(a, b, _)| (a, b)).collect();
-    if outcome.interfering != answer.surface_contact {
+    if outcome.interfering != answer.interfering {
         Some(format!("interfering: {}", outcome.interfering))
+    } else if containment(outcome.containment) != answer.containment.as_deref() {
+        Some(format!("containment {:?}", outcome.containment))
     } else if pairs != answer.polygon_pairs {
         Some(format!("polygon pairs {pairs:?}, not {:?}", answer.polygon_pairs))
     } else if outcome.relation != answer.relation {
@@ -79,14 +80,25 @@ fn fault(case: &Case, answer: &Answer, outcome: &Outcome, relations_comparable: 
     }
 }
 
+/// In the words of the table, which takes what is inside an open mesh for outside.
+fn containment(found: Containment) -> Option<&'static str> {
+    match found {
+        Containment::AInB => Some("a_in_b"),
+        Containment::BInA => Some("b_in_a"),
+        Containment::None | Containment::UnknownBOpen | Containment::UnknownAOpen => None,
+        _ => Some("another one"),
+    }
+}
+
+/// Without the effect containment, the verdict is about surfaces.
 fn fault_of_verdict_alone(answer: &Answer, outcome: &Outcome) -> Option<String> {
-    let expected = Outcome { interfering: answer.surface_contact, relation: Relation::None, polygon_pairs: Vec::new() };
+    let expected = Outcome { interfering: answer.surface_contact, ..Outcome::of(Vec::new()) };
     (*outcome != expected).then(|| format!("with the effect interference alone: {outcome:?}"))
 }
 
 fn fault_in_one_way(case: &Case, objects: Objects, way: Way<'_>, relations_comparable: bool) -> Option<String> {
     match (&case.expected, run(case, objects, way)) {
-        (Expected::Answer(answer), Ok(outcome)) if way.effects.contains(Effects::POLYGON_PAIRS) => {
+        (Expected::Answer(answer), Ok(outcome)) if way.effects.contains(Effects::CONTAINMENT) => {
             fault(case, answer, &outcome, relations_comparable)
         }
         (Expected::Answer(answer), Ok(outcome)) => fault_of_verdict_alone(answer, &outcome),
@@ -102,12 +114,12 @@ fn fault_in_one_way(case: &Case, objects: Objects, way: Way<'_>, relations_compa
 /// Either body first, on one thread and on two, and the verdict alone.
 fn ways(pools: &[ThreadPool; 2]) -> [Way<'_>; 5] {
     let [one, two] = pools;
-    let effects = Effects::INTERFERENCE.union(Effects::POLYGON_PAIRS);
+    let effects = Effects::POLYGON_PAIRS.union(Effects::CONTAINMENT);
     [
         Way { swapped: false, effects, pool: one },
         Way { swapped: true, effects, pool: one },
         Way { swapped: false, effects, pool: two },
-        Way { swapped: true, effects: Effects::POLYGON_PAIRS, pool: two },
+        Way { swapped: true, effects: effects.union(Effects::INTERFERENCE), pool: two },
         Way { swapped: false, effects: Effects::INTERFERENCE, pool: two },
     ]
 }

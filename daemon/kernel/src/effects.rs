@@ -1,5 +1,7 @@
 //! Stage 9: the effects a scene may ask for, and the results ordered for the report.
 
+pub mod containment;
+
 use rayon::prelude::*;
 
 use crate::report::{PolygonPair, Relation};
@@ -16,6 +18,8 @@ impl Effects {
     pub const INTERFERENCE: Effects = Effects(1);
     /// Every interfering polygon pair with its relation.
     pub const POLYGON_PAIRS: Effects = Effects(2);
+    /// Which body lies wholly inside the other, surfaces apart. Such a pair is interfering too.
+    pub const CONTAINMENT: Effects = Effects(4);
 
     /// The effects of both sets.
     #[must_use]

@@ -4,7 +4,7 @@
 //!
 //! | built once per object | |
 //! |---|---|
-//! | [`mesh`], `triangulation`, [`object`] | polygons, cut into triangles |
+//! | [`mesh`], `triangulation`, [`topology`], [`object`] | polygons, cut into triangles; what they are as a surface |
 //! | [`container`] | the object's box and its halving |
 //! | `polygon_box`, [`voxel_matrix`] | which polygons occupy which voxel |
 //!
@@ -18,7 +18,7 @@
 //! | 6. `voxel_pairs` | pairs of voxels that reach each other |
 //! | 7. `polygon_pairs` | pairs of polygons |
 //! | 8. [`polygon_test`], [`predicates`] | exact polygon tests |
-//! | 9. [`effects`] | the effects asked for |
+//! | 9. [`effects`] | the effects asked for: [`containment`](effects::containment) |
 //! | 10. [`report`] | report out |
 //!
 //! [`brute_force`] holds the twins of the accelerated stages.
@@ -27,6 +27,7 @@
 pub mod affine;
 pub mod mesh;
 mod triangulation;
+pub mod topology;
 pub mod object;
 pub mod container;
 mod polygon_box;
@@ -51,6 +52,7 @@ pub mod brute_force;
 pub use affine::Rows;
 pub use container::{Container, MAX_ORDER};
 pub use effects::Effects;
+pub use effects::containment::Containment;
 pub use glam;
 pub use interest::{GroupId, Interest};
 pub use mesh::PolygonMesh;

@@ -1,7 +1,10 @@
 //! Objects: polygons in their own frame, cut into triangles, with their container and voxel matrix.
 
+use std::sync::OnceLock;
+
 use crate::container::{Container, MAX_ORDER};
 use crate::mesh::PolygonMesh;
+use crate::topology::Topology;
 use crate::triangulation::triangulate;
 use crate::voxel_matrix::{VoxelMatrix, automatic_order};
 use crate::workforce::Workforce;
@@ -22,6 +25,7 @@ pub struct Object {
     polygon_count: usize,
     matrix: VoxelMatrix,
     reach: [f64; 3],
+    topology: OnceLock<Topology>,
 }
 
 /// Does the work of a build, and is told how far it has come, from worker threads. `&()` listens to nothing.
@@ -134,6 +138,7 @@ impl Object {
             polygon_of,
             matrix,
             reach,
+            topology: OnceLock::new(),
         })
     }
 
@@ -178,6 +183,11 @@ impl Object {
         &self.matrix
     }
 
+    /// The triangles as a surface: closed or not, and its connected parts. Found out when first asked.
+    pub fn topology(&self) -> &Topology {
+        self.topology.get_or_init(|| Topology::of(&self.vertices, &self.triangles))
+    }
+
     /// Order M of the voxel matrix: halvings made.
     pub fn order(&self) -> u32 {
         self.matrix.lattice().order()
@@ -194,6 +204,7 @@ impl Object {
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.polygon_of.as_slice())
             + self.matrix.memory_bytes()
+            + self.topology.get().map_or(0, Topology::memory_bytes)
     }
 
     /// The largest magnitude of each coordinate over all vertices, used or not.

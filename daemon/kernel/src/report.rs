@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::effects::containment::Containment;
 use crate::scene::BodyId;
 
 /// How two polygons, or two bodies, meet; the weakest first.
@@ -52,6 +53,8 @@ pub struct PairResult {
     pub level: Level,
     /// The strongest relation of their polygons; given with [`Effects::POLYGON_PAIRS`](crate::Effects::POLYGON_PAIRS).
     pub relation: Option<Relation>,
+    /// Which body is inside the other; given with [`Effects::CONTAINMENT`](crate::Effects::CONTAINMENT).
+    pub containment: Option<Containment>,
     pub(crate) polygon_pairs: Range<usize>,
 }
 
@@ -85,6 +88,8 @@ pub struct StageCounts {
     pub polygon_candidates: u64,
     /// Of these, pairs that went to the exact test.
     pub exact_tests: u64,
+    /// Pairs of bodies, their surfaces apart, of which it was asked whether one is inside the other.
+    pub containment_tests: u64,
     /// Interfering pairs of bodies.
     pub interfering_pairs: u64,
     /// Interfering pairs of polygons in the report.
@@ -120,7 +125,7 @@ pub struct Report<'s> {
 }
 
 impl<'s> Report<'s> {
-    /// The pairs not proven clear, ordered by `(a, b)`, `a < b`.
+    /// The pairs not proven clear, and those of which an effect has something to say, ordered by `(a, b)`, `a < b`.
     pub fn pairs(&self) -> &'s [PairResult] {
         self.pairs
     }

@@ -2,12 +2,14 @@
 
 mod worker;
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
 use crate::broad_phase::BroadPhase;
+use crate::effects::containment::Containment;
 use crate::effects::{Effects, Found, order};
 use crate::global_boxes::GlobalBox;
 use crate::report::{Level, PairResult, PolygonPair, Report, StageCounts, StageTimes, Verdict};
@@ -43,6 +45,13 @@ pub(crate) struct Kept {
     pub interfering: AtomicBool,
 }
 
+impl Kept {
+    /// Whether stage 9 has more to do than to order its polygon pairs.
+    fn is_to_conclude(&self) -> bool {
+        self.effects.contains(Effects::CONTAINMENT) && !self.interfering.load(Ordering::Relaxed)
+    }
+}
+
 /// Memory of the step, kept from one to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Step {
@@ -51,7 +60,10 @@ pub(crate) struct Step {
     tasks: Vec<Task>,
     /// One per thread of the workforce, and one for the caller.
     workers: Vec<Mutex<Worker>>,
+    /// Pairs that stage 9 looks at.
+    concluding: Vec<u32>,
     found: Vec<Found>,
+    contained: Vec<(u32, Containment)>,
     pairs: Vec<PairResult>,
     polygon_pairs: Vec<PolygonPair>,
     counts: StageCounts,
@@ -80,6 +92,7 @@ impl Step {
         self.times.interest = stopwatch.lap();
         self.compare(bodies, clock);
         stopwatch.lap();
+        self.conclude(bodies, clock);
         self.collect(bodies, clock);
         self.times.effects = stopwatch.lap();
     }
@@ -121,38 +134,71 @@ impl Step {
         }
     }
 
-    /// Stage 9: what the workers found, in the order of the report.
+    /// Stage 9 of the pairs that ask for it.
+    fn conclude(&mut self, bodies: &[Body], clock: &dyn Clock) {
+        let numbered = (0..).zip(&self.kept);
+        self.concluding.clear();
+        self.concluding.extend(numbered.filter(|(_, kept)| kept.is_to_conclude()).map(|(pair, _)| pair));
+        for pairs in self.concluding.chunks(TASKS_AT_ONCE) {
+            clock.share(&mut || {
+                pairs.par_iter().for_each(|&pair| {
+                    let mut worker = own_worker(&self.workers);
+                    worker.conclude(pair, &self.kept[pair as usize], bodies);
+                });
+            });
+        }
+    }
+
+    /// What the workers found, in the order of the report.
     fn collect(&mut self, bodies: &[Body], clock: &dyn Clock) {
         self.found.clear();
+        self.contained.clear();
         for worker in &mut self.workers {
             let worker = get_mut(worker);
             self.found.append(&mut worker.found);
+            self.contained.append(&mut worker.contained);
             worker.report_to(&mut self.counts, &mut self.times);
         }
         order(&mut self.found, clock);
+        self.contained.sort_unstable_by_key(|&(pair, _)| pair);
         self.polygon_pairs.clear();
         self.polygon_pairs.extend(self.found.iter().map(PolygonPair::from));
         self.pairs.clear();
-        let mut first = 0;
-        for (number, kept) in self.kept.iter().enumerate() {
-            if !kept.interfering.load(Ordering::Relaxed) {
+        let (mut first_found, mut first_contained) = (0, 0);
+        for (pair, kept) in (0..).zip(&self.kept) {
+            let polygon_pairs = run(&self.found, &mut first_found, |found| found.pair == pair);
+            let containment = run(&self.contained, &mut first_contained, |&(of, _)| of == pair);
+            let containment = self.contained[containment].first().map(|&(_, containment)| containment);
+            let relation = self.found[polygon_pairs.clone()].iter().map(|found| found.relation).max();
+            let touching = kept.interfering.load(Ordering::Relaxed);
+            let inside = containment.is_some_and(Containment::is_proven);
+            if !touching && containment.is_none_or(|containment| containment == Containment::None) {
                 continue;
             }
-            let count = self.found[first..].iter().take_while(|found| found.pair == number as u32).count();
-            let polygon_pairs = first..first + count;
-            first += count;
             self.pairs.push(PairResult {
                 a: bodies[kept.a as usize].id,
                 b: bodies[kept.b as usize].id,
-                verdict: Verdict::Interfering,
+                verdict: if touching || inside { Verdict::Interfering } else { Verdict::Clear },
                 level: Level::Polygons,
-                relation: self.found[polygon_pairs.clone()].iter().map(|found| found.relation).max(),
+                relation,
+                containment: kept
+                    .effects
+                    .contains(Effects::CONTAINMENT)
+                    .then(|| containment.unwrap_or(Containment::None)),
                 polygon_pairs,
             });
         }
-        self.counts.interfering_pairs = self.pairs.len() as u64;
+        self.counts.interfering_pairs =
+            self.pairs.iter().filter(|pair| pair.verdict == Verdict::Interfering).count() as u64;
         self.counts.polygon_pairs = self.polygon_pairs.len() as u64;
     }
+}
+
+/// The records from `first` on that belong together; moves `first` behind them.
+fn run<T>(records: &[T], first: &mut usize, belongs: impl Fn(&T) -> bool) -> Range<usize> {
+    let start = *first;
+    *first += records[start..].iter().take_while(|&record| belongs(record)).count();
+    start..*first
 }
 
 /// Tasks that are shared out at once. Each is short, so that the steps of several scenes take turns.
@@ -161,10 +207,14 @@ const TASKS_AT_ONCE: usize = 128;
 /// Runs tasks on all threads of the current pool.
 fn share(tasks: &[Task], kept: &[Kept], workers: &[Mutex<Worker>], bodies: &[Body], clock: &dyn Clock) {
     tasks.par_iter().for_each(|task| {
-        let place = rayon::current_thread_index().map_or(workers.len() - 1, |index| index % workers.len());
-        let mut worker = workers[place].lock().unwrap_or_else(PoisonError::into_inner);
-        worker.run(task, &kept[task.pair as usize], bodies, clock);
+        own_worker(workers).run(task, &kept[task.pair as usize], bodies, clock);
     });
+}
+
+/// The worker of the current thread; the last one is the caller's.
+fn own_worker(workers: &[Mutex<Worker>]) -> MutexGuard<'_, Worker> {
+    let place = rayon::current_thread_index().map_or(workers.len() - 1, |index| index % workers.len());
+    workers[place].lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What a worker holds is good even if another task of it has panicked: it is cleared before each use.

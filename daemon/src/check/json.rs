@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use collided_client::StageCounts;
+use collided_client::{Containment, StageCounts};
 use serde::Serialize;
 
 use super::output::{Output, Pair, StepResult};
@@ -62,6 +62,10 @@ struct PairLine<'a> {
     relation: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     polygon_pairs: Option<Vec<(u32, u32, &'static str)>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    containment: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    containment_reason: Option<&'static str>,
 }
 
 impl<'a> From<Pair<'a>> for PairLine<'a> {
@@ -72,6 +76,8 @@ impl<'a> From<Pair<'a>> for PairLine<'a> {
             verdict: pair.verdict.name(),
             level: pair.level.name(),
             relation: pair.polygon_pairs.as_ref().map(|polygons| polygons.relation.name()),
+            containment: pair.containment.map(Containment::name),
+            containment_reason: pair.containment.and_then(Containment::reason),
             polygon_pairs: pair
                 .polygon_pairs
                 .map(|polygons| polygons.pairs.iter().map(|pair| (pair.a, pair.b, pair.relation.name())).collect()),
@@ -91,6 +97,7 @@ struct Stages {
     voxel_pairs: u64,
     polygon_candidates: u64,
     exact_tests: u64,
+    containment_tests: u64,
     interfering_pairs: u64,
     polygon_pairs: u64,
 }

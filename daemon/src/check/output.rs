@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io;
 use std::path::Path;
 
-use collided_client::{BodyId, Interest, Level, PolygonPair, Relation, Report, Verdict};
+use collided_client::{BodyId, Containment, Interest, Level, PolygonPair, Relation, Report, Verdict};
 use collided_protocol::{Effect, Effects};
 
 use crate::scene_file::SceneFile;
@@ -38,6 +38,8 @@ pub(super) struct Pair<'a> {
     pub level: Level,
     /// `None` when not asked for.
     pub polygon_pairs: Option<PolygonPairs>,
+    /// `None` when not asked for.
+    pub containment: Option<Containment>,
 }
 
 /// What the effect `polygon_pairs` tells of a pair.
@@ -53,11 +55,13 @@ impl<'a> StepResult<'a> {
         self.report.pairs().map(move |pair| {
             // The daemon reports on no bodies but those of the scene, which are these.
             let [a, b] = [pair.a(), pair.b()].map(|id| bodies.partition_point(|&other| other < id));
-            let asked = effects.of_pair(a, b).contains(Effect::PolygonPairs);
-            let polygon_pairs =
-                asked.then(|| PolygonPairs { relation: pair.relation(), pairs: pair.polygon_pairs().collect() });
+            let effects = effects.of_pair(a, b);
+            let polygon_pairs = effects
+                .contains(Effect::PolygonPairs)
+                .then(|| PolygonPairs { relation: pair.relation(), pairs: pair.polygon_pairs().collect() });
+            let containment = effects.contains(Effect::Containment).then(|| pair.containment());
             let [a, b] = [a, b].map(|place| file.bodies[place].name.as_str());
-            Pair { a, b, verdict: pair.verdict(), level: pair.level(), polygon_pairs }
+            Pair { a, b, verdict: pair.verdict(), level: pair.level(), polygon_pairs, containment }
         })
     }
 }
@@ -86,8 +90,8 @@ impl PairEffects {
         self.rules.get(&(a, b)).copied().unwrap_or(self.default)
     }
 
-    /// Whether polygon pairs are asked of any pair.
-    pub fn any_polygon_pairs(&self) -> bool {
-        self.rules.values().chain([&self.default]).any(|effects| effects.contains(Effect::PolygonPairs))
+    /// Whether an effect is asked of any pair.
+    pub fn any(&self, effect: Effect) -> bool {
+        self.rules.values().chain([&self.default]).any(|effects| effects.contains(effect))
     }
 }

@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use collided_protocol::Effect;
+
 use super::output::{Output, Pair, PairEffects, StepResult};
 use crate::scene_file::SceneFile;
 
@@ -13,8 +15,9 @@ pub(super) struct Table<W> {
     writer: W,
     /// Width of the columns of body names, in characters.
     name_width: usize,
-    /// Whether there are columns for relation and polygon pairs.
+    /// Whether there are columns for relation and polygon pairs, and one for containment.
     with_polygon_pairs: bool,
+    with_containment: bool,
     steps: usize,
     interfering_steps: usize,
     scenes: usize,
@@ -22,14 +25,32 @@ pub(super) struct Table<W> {
 
 impl<W: Write> Table<W> {
     pub fn new(writer: W) -> Table<W> {
-        Table { writer, name_width: 0, with_polygon_pairs: false, steps: 0, interfering_steps: 0, scenes: 0 }
+        Table {
+            writer,
+            name_width: 0,
+            with_polygon_pairs: false,
+            with_containment: false,
+            steps: 0,
+            interfering_steps: 0,
+            scenes: 0,
+        }
     }
 
-    fn row(&mut self, step: &str, names: [&str; 2], verdict: &str, polygons: [&str; 2]) -> io::Result<()> {
+    fn row(
+        &mut self,
+        step: &str,
+        names: [&str; 2],
+        verdict: &str,
+        polygons: [&str; 2],
+        containment: &str,
+    ) -> io::Result<()> {
         let ([a, b], [relation, count], width) = (names, polygons, self.name_width);
         let mut line = format!("{step:>6}  {a:width$}  {b:width$}  {verdict:11}");
         if self.with_polygon_pairs {
             line += &format!("  {relation:8}  {count:>13}");
+        }
+        if self.with_containment {
+            line += &format!("  {containment}");
         }
         writeln!(self.writer, "{}", line.trim_end())
     }
@@ -39,7 +60,11 @@ impl<W: Write> Table<W> {
             Some(polygons) => (polygons.relation.name(), polygons.pairs.len().to_string()),
             None => ("", String::new()),
         };
-        self.row(step, [pair.a, pair.b], pair.verdict.name(), [relation, &count])
+        let containment = pair.containment.map_or(String::new(), |containment| match containment.reason() {
+            Some(reason) => format!("{}: {reason}", containment.name()),
+            None => containment.name().to_owned(),
+        });
+        self.row(step, [pair.a, pair.b], pair.verdict.name(), [relation, &count], &containment)
     }
 }
 
@@ -47,7 +72,9 @@ impl<W: Write> Output for Table<W> {
     fn begin(&mut self, path: &Path, file: &SceneFile) -> io::Result<()> {
         let names = file.bodies.iter().map(|body| body.name.as_str()).chain(NAME_HEADINGS);
         self.name_width = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        self.with_polygon_pairs = PairEffects::of(file).any_polygon_pairs();
+        let effects = PairEffects::of(file);
+        self.with_polygon_pairs = effects.any(Effect::PolygonPairs);
+        self.with_containment = effects.any(Effect::Containment);
         (self.steps, self.interfering_steps) = (0, 0);
         if self.scenes > 0 {
             writeln!(self.writer)?;
@@ -56,7 +83,7 @@ impl<W: Write> Output for Table<W> {
         let (bodies, steps) =
             (counted(file.bodies.len(), "body", "bodies"), counted(file.steps.len(), "step", "steps"));
         writeln!(self.writer, "{}: {bodies}, {steps}", path.display())?;
-        self.row("step", NAME_HEADINGS, "verdict", ["relation", "polygon pairs"])
+        self.row("step", NAME_HEADINGS, "verdict", ["relation", "polygon pairs"], "containment")
     }
 
     fn step(&mut self, result: &StepResult<'_>) -> io::Result<()> {
@@ -64,7 +91,7 @@ impl<W: Write> Output for Table<W> {
         self.steps += 1;
         self.interfering_steps += usize::from(!result.report.is_clear());
         if result.report.pairs().len() == 0 {
-            return self.row(&step, ["-", "-"], "clear", ["", ""]);
+            return self.row(&step, ["-", "-"], "clear", ["", ""], "");
         }
         for pair in result.pairs() {
             self.pair(&step, &pair)?;

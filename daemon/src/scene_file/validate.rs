@@ -15,7 +15,7 @@ use super::values::{self, Entries, Number, Table};
 use super::{Body, Object, Pose, Rule, SceneFile, Source};
 
 /// Effects that scene files know and this version does not compute.
-const LATER_EFFECTS: [&str; 6] = ["contacts", "distance", "penetration", "containment", "time_of_contact", "response"];
+const LATER_EFFECTS: [&str; 5] = ["contacts", "distance", "penetration", "time_of_contact", "response"];
 
 pub(super) fn scene(document: Document, folder: &Path) -> Result<SceneFile, Invalid> {
     accuracy(&document.accuracy)?;
@@ -138,7 +138,8 @@ fn effects(place: &str, names: &[String]) -> Result<Effects, Invalid> {
                     true => format!("the effect \"{name}\" is not computed by this version"),
                     false => format!("there is no effect \"{name}\""),
                 };
-                Invalid::new(place, problem, "this version computes \"interference\" and \"polygon_pairs\"")
+                let known: Vec<_> = Effect::ALL.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
+                Invalid::new(place, problem, format!("this version computes {}", known.join(", ")))
             })
         })
         .collect()

@@ -8,9 +8,11 @@
 mod convex;
 mod integers;
 mod surface;
+mod winding;
 
 pub use collided_protocol::report::Relation;
 pub use surface::{Surface, polygon_pairs, strongest, world_vertices};
+pub use winding::winding_number;
 
 use convex::ConvexHull;
 

@@ -1,8 +1,9 @@
-//! One thread's share of stages 5 to 8.
+//! One thread's share of stages 5 to 9.
 
 use std::sync::atomic::Ordering;
 
 use super::{Clock, Kept, Stopwatch};
+use crate::effects::containment::{Containment, Ray, containment};
 use crate::effects::{Effects, Found};
 use crate::polygon_pairs::Candidates;
 use crate::polygon_test::triangles_in;
@@ -45,8 +46,11 @@ pub(crate) struct Worker {
     stack: Vec<VoxelPair>,
     leaves: Vec<VoxelPair>,
     candidates: Candidates,
+    ray: Ray,
     /// Interfering polygon pairs of this step.
     pub found: Vec<Found>,
+    /// What is known of pairs, by their number, after stage 9.
+    pub contained: Vec<(u32, Containment)>,
     /// Parts of heavy pairs, for the next round.
     pub left_over: Vec<Task>,
     counts: StageCounts,
@@ -133,6 +137,13 @@ impl Worker {
         }
     }
 
+    /// Stage 9 of a pair: the effects that ask for more than its polygon pairs.
+    pub fn conclude(&mut self, pair: u32, kept: &Kept, bodies: &[Body]) {
+        let (a, b) = (&bodies[kept.a as usize], &bodies[kept.b as usize]);
+        self.counts.containment_tests += 1;
+        self.contained.push((pair, containment(placed(a), placed(b), &mut self.ray)));
+    }
+
     /// Adds this thread's counts and times to the step's, and forgets them.
     pub fn report_to(&mut self, counts: &mut StageCounts, times: &mut StageTimes) {
         let (own_counts, own_times) = (std::mem::take(&mut self.counts), std::mem::take(&mut self.times));
@@ -141,6 +152,7 @@ impl Worker {
         counts.voxel_pairs += own_counts.voxel_pairs;
         counts.polygon_candidates += own_counts.polygon_candidates;
         counts.exact_tests += own_counts.exact_tests;
+        counts.containment_tests += own_counts.containment_tests;
         times.voxels += own_times.voxels;
         times.polygon_pairs += own_times.polygon_pairs;
         times.polygon_tests += own_times.polygon_tests;
