@@ -38,6 +38,13 @@ impl Drop for Held {
     }
 }
 
+/// The records of a report, where they stand in its words.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Records<'a> {
+    pairs: &'a [PairRecord],
+    polygon_pairs: &'a [PolygonPairRecord],
+}
+
 /// A pair of bodies that is not proven clear, or of which an effect has something to say.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<'a> {
@@ -52,7 +59,7 @@ pub struct PolygonPair {
     pub a: u32,
     /// Polygon of body `b`.
     pub b: u32,
-    /// How they meet.
+    /// How they meet; [`Relation::None`] for a code that this version does not know.
     pub relation: Relation,
 }
 
@@ -66,13 +73,7 @@ impl Report {
     /// Takes over a response: an error of the daemon becomes an error, and what the accessors rely on is checked.
     pub(crate) fn new(response: StepResponse, held: Held) -> Result<Report, Error> {
         let report = Report { response, _held: held };
-        let header = report.header();
-        if header.status != STATUS_OK {
-            return Err(refusal(header, report.words()));
-        }
-        let pairs = section::<PairRecord>(header, report.words(), SECTION_PAIRS)?;
-        let polygon_pairs = section::<PolygonPairRecord>(header, report.words(), SECTION_POLYGON_PAIRS)?;
-        pairs.iter().try_for_each(|pair| check_pair(pair, polygon_pairs.len()))?;
+        decode(report.header(), report.words())?;
         Ok(report)
     }
 
@@ -84,18 +85,14 @@ impl Report {
         self.response.payload()
     }
 
-    fn records<T: bytemuck::Pod>(&self, number: usize) -> &[T] {
-        section(self.header(), self.words(), number).unwrap_or_default()
+    fn records(&self) -> Records<'_> {
+        Records::locate(self.header(), self.words()).unwrap_or_default()
     }
 
     /// The pairs that are not proven clear, and those of which an effect has something to say, ordered by (a, b); in each,
     /// a < b.
     pub fn pairs(&self) -> impl ExactSizeIterator<Item = Pair<'_>> {
-        let polygon_pairs: &[PolygonPairRecord] = self.records(SECTION_POLYGON_PAIRS);
-        self.records::<PairRecord>(SECTION_PAIRS).iter().map(move |record| {
-            let first = record.first_polygon_pair as usize;
-            Pair { record, polygon_pairs: &polygon_pairs[first..first + record.polygon_pair_count as usize] }
-        })
+        self.records().pairs()
     }
 
     /// Whether every pair is proven clear.
@@ -105,7 +102,7 @@ impl Report {
 
     /// How many polygon pairs there are, over all pairs.
     pub fn polygon_pair_count(&self) -> usize {
-        self.records::<PolygonPairRecord>(SECTION_POLYGON_PAIRS).len()
+        self.records().polygon_pairs.len()
     }
 
     /// How many steps the scene had answered before this one.
@@ -172,6 +169,35 @@ impl<'a> Pair<'a> {
 
 fn relation(code: u32) -> Option<Relation> {
     u8::try_from(code).ok().and_then(Relation::from_code)
+}
+
+/// Takes the words of a report as records, and checks what reading them relies on.
+///
+/// # Errors
+/// [`Error::Refused`] with the daemon's error; [`Error::BadReply`] when the words are not what the header says.
+pub fn decode<'a>(header: &ReportHeader, words: &'a [Word]) -> Result<Records<'a>, Error> {
+    if header.status != STATUS_OK {
+        return Err(refusal(header, words));
+    }
+    let records = Records::locate(header, words)?;
+    records.pairs.iter().try_for_each(|pair| check_pair(pair, records.polygon_pairs.len()))?;
+    Ok(records)
+}
+
+impl<'a> Records<'a> {
+    /// The records where the header says, which may say anything yet.
+    fn locate(header: &ReportHeader, words: &'a [Word]) -> Result<Records<'a>, Error> {
+        let pairs = section(header, words, SECTION_PAIRS)?;
+        Ok(Records { pairs, polygon_pairs: section(header, words, SECTION_POLYGON_PAIRS)? })
+    }
+
+    /// As [`Report::pairs`].
+    pub fn pairs(self) -> impl ExactSizeIterator<Item = Pair<'a>> {
+        self.pairs.iter().map(move |record| {
+            let first = record.first_polygon_pair as usize;
+            Pair { record, polygon_pairs: &self.polygon_pairs[first..first + record.polygon_pair_count as usize] }
+        })
+    }
 }
 
 /// The records of a section, where they stand.

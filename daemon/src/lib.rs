@@ -2,8 +2,8 @@
 //!
 //! The daemon, in reading order: [`serve`] starts and ends it; [`rendezvous`] makes it found; [`control`] answers the unix
 //! socket, a thread a connection, and [`bad_request`] what it cannot read; [`database`] holds the objects, [`object_loading`]
-//! builds them, [`upload`] brings them in from a client's memory; [`scene`] holds bodies, [`scene_thread`] answers steps and
-//! [`report_writer`] writes the reports; [`budget`] lets them take turns on the threads; [`kernel_errors`] puts the kernel's
+//! builds them, [`upload`] brings them in from a client's memory; [`scene`] holds bodies, [`scene_thread`] answers steps,
+//! which [`step_payload`] reads, and [`report_writer`] writes the reports; [`budget`] lets them take turns on the threads; [`kernel_errors`] puts the kernel's
 //! errors into words for the wire; [`cleaner`] clears up after dead clients.
 //! The program is [`program`], its commands [`command`], [`check`] and [`demo`].
 
@@ -22,6 +22,7 @@ pub mod scene_thread;
 pub mod serve;
 pub mod settings;
 pub mod state;
+pub mod step_payload;
 pub mod upload;
 
 pub mod check;

@@ -10,18 +10,18 @@ use collided_client::TransportError;
 use collided_client::transport::{
     self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed,
 };
-use collided_kernel::Transforms;
-use collided_protocol::limits::{MAX_BODIES, MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
+use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::names::{reply_service, step_service, wake_service};
 use collided_protocol::report::ReportHeader;
-use collided_protocol::step::{MOTION_LINEAR, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, Word, id_words, step_words};
-use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
+use collided_protocol::step::{StepHeader, Word};
+use collided_protocol::{ErrorCode, WireError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, Node};
 
 use crate::kernel_errors;
 use crate::report_writer::{self, INITIAL_REPORT_WORDS};
 use crate::scene::{Scene, SharedScene};
 use crate::state::Daemon;
+use crate::step_payload;
 
 /// Chunks of memory for reports: those that a client may hold while it has more steps under way, the one being written, and
 /// one that travels back.
@@ -221,12 +221,11 @@ impl SceneThread {
         reply: ReportHeader,
         start: Instant,
     ) -> Result<(), WireError> {
-        check_header(header, words.len())?;
+        let transforms = step_payload::read(header, words, &mut self.ids)?;
         if scene.broken {
             return Err(broken());
         }
         scene.refresh_objects(&self.daemon.databases);
-        let transforms = read_transforms(header, words, &mut self.ids);
         let slot = self.daemon.budget.slot();
         let kernel = &mut scene.kernel;
         let step = || {
@@ -250,54 +249,6 @@ impl SceneThread {
         };
         Err(kernel_errors::step_error(&error, |id| scene.body_name(id)))
     }
-}
-
-fn check_header(header: &StepHeader, words: usize) -> Result<(), WireError> {
-    let bad = |fault: String, remedy: &str| Err(WireError::new(ErrorCode::BadStep, fault, remedy));
-    let StepHeader { protocol, kind, transform_count, candidate_count, motion, .. } = *header;
-    if protocol != PROTOCOL_VERSION {
-        return Err(WireError::new(
-            ErrorCode::ProtocolMismatch,
-            format!("the step is of protocol {protocol}, the scene of {PROTOCOL_VERSION}"),
-            "use client and daemon of the same release",
-        ));
-    }
-    if transform_count > MAX_BODIES {
-        return Err(WireError::new(
-            ErrorCode::LimitExceeded,
-            format!("the step has {transform_count} transforms, more than the limit of {MAX_BODIES} bodies"),
-            "split the scene",
-        ));
-    }
-    if kind != STEP_DENSE && kind != STEP_SPARSE {
-        return bad(format!("the step is of kind {kind}, which is not known"), "send a dense or a sparse step");
-    }
-    if candidate_count != 1 || motion != MOTION_LINEAR {
-        return bad(
-            format!("the step asks for {candidate_count} candidate poses and motion kind {motion}"),
-            "send one pose and linear motion: this version knows no other",
-        );
-    }
-    let needed = step_words(kind, transform_count as usize);
-    if words != needed {
-        return bad(
-            format!("the step's payload has {words} words, {transform_count} transforms take {needed}"),
-            "write as many words as the header says",
-        );
-    }
-    Ok(())
-}
-
-/// The transforms where the client wrote them, after [`check_header`]; the ids of a sparse step are copied.
-fn read_transforms<'a>(header: &StepHeader, words: &'a [Word], ids: &'a mut Vec<u32>) -> Transforms<'a> {
-    if header.kind == STEP_DENSE {
-        return Transforms::Dense(bytemuck::cast_slice::<Word, Rows>(words));
-    }
-    let count = header.transform_count as usize;
-    let (id_part, rows) = words.split_at(id_words(count));
-    ids.clear();
-    ids.extend_from_slice(&bytemuck::cast_slice::<Word, u32>(id_part)[..count]);
-    Transforms::Sparse { bodies: ids, rows: bytemuck::cast_slice(rows) }
 }
 
 fn broken() -> WireError {

@@ -18,9 +18,15 @@ const AXES: usize = 3;
 pub struct Upload {
     /// Where the object goes.
     pub target: Target,
-    size: UploadSize,
+    parts: MeshParts,
     subscriber: UploadSubscriber,
     _service: UploadService,
+}
+
+/// What has come of a mesh whose size was announced.
+#[derive(Debug)]
+pub struct MeshParts {
+    size: UploadSize,
     coordinates: Vec<f64>,
     corner_counts: Vec<u32>,
     corners: Vec<u32>,
@@ -32,25 +38,52 @@ impl Upload {
     /// # Errors
     /// `LimitExceeded` for a mesh that is too large, `Internal` when iceoryx2 refuses.
     pub fn begin(node: &Node<Service>, number: u32, target: Target, size: UploadSize) -> Result<Upload, WireError> {
-        check_size(&target, &size)?;
+        let parts = MeshParts::new(&target.object, size)?;
         let service = create_service(node, number).map_err(internal)?;
         let subscriber = service.subscriber_builder().create().map_err(internal)?;
-        let (coordinates, corner_counts, corners) = Default::default();
-        Ok(Upload { target, size, subscriber, _service: service, coordinates, corner_counts, corners })
+        Ok(Upload { target, parts, subscriber, _service: service })
     }
 
     /// Takes the part that was published.
     ///
     /// # Errors
-    /// `BadMessage` when there is none or it is out of turn, `LimitExceeded` when it is larger than announced.
+    /// `BadMessage` when there is none; those of [`MeshParts::take`].
     pub fn take_part(&mut self) -> Result<(), WireError> {
         let Some(part) = self.subscriber.receive().map_err(internal)? else {
             return Err(bad_part("no part was published", "publish one before each request to take it"));
         };
-        // The client can still write what it has published: the header is copied, and each word is read once.
+        // The client can still write what it has published: the header is copied, and the length asked for once.
         let header: UploadHeader = *part.user_header();
-        let words: &[Word] = part.payload();
-        self.check_part(&header, words.len())?;
+        self.parts.take(&header, part.payload())
+    }
+
+    /// The mesh, when all of it has come.
+    ///
+    /// # Errors
+    /// `BadMessage` when parts are missing.
+    pub fn finish(self) -> Result<(Target, PolygonMesh), WireError> {
+        Ok((self.target, self.parts.finish()?))
+    }
+}
+
+impl MeshParts {
+    /// Nothing yet of a mesh of `size`, for the object of that name.
+    ///
+    /// # Errors
+    /// `LimitExceeded` for a mesh that is too large.
+    pub fn new(object: &str, size: UploadSize) -> Result<MeshParts, WireError> {
+        check_size(object, &size)?;
+        let (coordinates, corner_counts, corners) = Default::default();
+        Ok(MeshParts { size, coordinates, corner_counts, corners })
+    }
+
+    /// Takes a part as it stands in shared memory. Each word is read once, for the client can still write it.
+    ///
+    /// # Errors
+    /// `BadMessage` when it is of another protocol or an unknown kind, out of turn, or has a number that does not fit;
+    /// `LimitExceeded` when it is larger than announced. Nothing of the part was taken then.
+    pub fn take(&mut self, header: &UploadHeader, words: &[Word]) -> Result<(), WireError> {
+        self.check(header, words.len())?;
         match header.kind {
             UPLOAD_VERTICES => self.coordinates.extend(words.iter().map(|&word| f64::from_bits(word))),
             UPLOAD_CORNER_COUNTS => extend(&mut self.corner_counts, words, "corner count")?,
@@ -59,7 +92,7 @@ impl Upload {
         Ok(())
     }
 
-    fn check_part(&self, header: &UploadHeader, words: usize) -> Result<(), WireError> {
+    fn check(&self, header: &UploadHeader, words: usize) -> Result<(), WireError> {
         let (so_far, announced) = match header.kind {
             UPLOAD_VERTICES => (self.coordinates.len(), self.size.vertices as usize * AXES),
             UPLOAD_CORNER_COUNTS => (self.corner_counts.len(), self.size.polygons as usize),
@@ -93,7 +126,7 @@ impl Upload {
     ///
     /// # Errors
     /// `BadMessage` when parts are missing.
-    pub fn finish(self) -> Result<(Target, PolygonMesh), WireError> {
+    pub fn finish(self) -> Result<PolygonMesh, WireError> {
         let found = [self.coordinates.len(), self.corner_counts.len(), self.corners.len()];
         let (vertices, polygons, corners) = (self.size.vertices, self.size.polygons, self.size.corners);
         let announced = [vertices as usize * AXES, polygons as usize, corners as usize];
@@ -102,8 +135,7 @@ impl Upload {
             return Err(bad_part(&fault, "send all parts before the end of the upload"));
         }
         let vertices = self.coordinates.as_chunks::<AXES>().0.to_vec();
-        let mesh = PolygonMesh { vertices, corner_counts: self.corner_counts, corners: self.corners };
-        Ok((self.target, mesh))
+        Ok(PolygonMesh { vertices, corner_counts: self.corner_counts, corners: self.corners })
     }
 }
 
@@ -122,12 +154,12 @@ fn create_service(node: &Node<Service>, number: u32) -> Result<UploadService, co
         .map_err(transport::failed("create an upload's service"))
 }
 
-fn check_size(target: &Target, size: &UploadSize) -> Result<(), WireError> {
+fn check_size(object: &str, size: &UploadSize) -> Result<(), WireError> {
     for (what, count) in [("vertices", size.vertices), ("polygons", size.polygons), ("corners", size.corners)] {
         if count > MAX_MESH_ELEMENTS {
             return Err(WireError::new(
                 ErrorCode::LimitExceeded,
-                format!("object {:?} has {count} {what}, more than the limit of {MAX_MESH_ELEMENTS}", target.object),
+                format!("object {object:?} has {count} {what}, more than the limit of {MAX_MESH_ELEMENTS}"),
                 "split the mesh into several objects",
             ));
         }
@@ -135,12 +167,15 @@ fn check_size(target: &Target, size: &UploadSize) -> Result<(), WireError> {
     Ok(())
 }
 
+/// Appends all of the words, or none.
 fn extend(values: &mut Vec<u32>, words: &[Word], what: &str) -> Result<(), WireError> {
+    let before = values.len();
     for &word in words {
-        let value = u32::try_from(word).map_err(|_| {
+        let Ok(value) = u32::try_from(word) else {
             let fault = format!("{what} number {} is {word}, more than 32 bits", values.len());
-            bad_part(&fault, "send numbers below 2^32, one to a word")
-        })?;
+            values.truncate(before);
+            return Err(bad_part(&fault, "send numbers below 2^32, one to a word"));
+        };
         values.push(value);
     }
     Ok(())

@@ -97,8 +97,18 @@ fn meshes_and_transforms() {
 }
 
 #[test]
+fn report_payloads() {
+    run("report_payloads");
+}
+
+#[test]
 fn scene_file() {
     run("scene_file");
+}
+
+#[test]
+fn step_payloads() {
+    run("step_payloads");
 }
 
 #[test]

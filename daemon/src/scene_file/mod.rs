@@ -87,20 +87,48 @@ pub struct Pose {
     pub rows: Rows,
 }
 
+/// What a scene file is written in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// JSON, named `.json`.
+    Json,
+    /// TOML, named `.toml`.
+    Toml,
+}
+
+impl Format {
+    /// The format by the ending of a file's name, whatever the case of its letters.
+    fn of(path: &Path) -> Option<Format> {
+        match path.extension()?.to_ascii_lowercase() {
+            ending if ending == "json" => Some(Format::Json),
+            ending if ending == "toml" => Some(Format::Toml),
+            _ => None,
+        }
+    }
+}
+
 impl SceneFile {
     /// Reads a scene file.
     ///
     /// # Errors
     /// When the file cannot be read, is not TOML or JSON, or does not describe a scene that this version can check.
     pub fn read(path: &Path) -> Result<SceneFile, SceneFileError> {
-        let parse = match path.extension().map(|ending| ending.to_ascii_lowercase()) {
-            Some(ending) if ending == "json" => document::from_json,
-            Some(ending) if ending == "toml" => document::from_toml,
-            _ => return Err(SceneFileError::UnknownEnding { path: path.to_owned() }),
-        };
+        let format = Format::of(path).ok_or_else(|| SceneFileError::UnknownEnding { path: path.to_owned() })?;
         let text = std::fs::read_to_string(path)
             .map_err(|source| SceneFileError::Unreadable { path: path.to_owned(), source })?;
-        let document = parse(&text).map_err(|message| SceneFileError::Syntax { path: path.to_owned(), message })?;
+        SceneFile::parse(&text, format, path)
+    }
+
+    /// Takes the text of the scene file at `path`, which is named in errors and which mesh files stand relative to.
+    ///
+    /// # Errors
+    /// When the text is not of that format, or does not describe a scene that this version can check.
+    pub fn parse(text: &str, format: Format, path: &Path) -> Result<SceneFile, SceneFileError> {
+        let document = match format {
+            Format::Json => document::from_json(text),
+            Format::Toml => document::from_toml(text),
+        };
+        let document = document.map_err(|message| SceneFileError::Syntax { path: path.to_owned(), message })?;
         let folder = path.parent().unwrap_or(Path::new(""));
         validate::scene(document, folder).map_err(|invalid| SceneFileError::Invalid { path: path.to_owned(), invalid })
     }

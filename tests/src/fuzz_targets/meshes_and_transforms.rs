@@ -5,8 +5,8 @@ use std::sync::Arc;
 use collided_kernel::{Effects, Object, PolygonMesh};
 use collided_protocol::step::Rows;
 
-use super::build_or_refuse;
 use super::source::Source;
+use super::{build_or_refuse, is_finite};
 use crate::kernel_pair::{self, KernelPair};
 use crate::oracle::{self, Triangle};
 
@@ -28,7 +28,7 @@ pub fn meshes_and_transforms(bytes: &[u8]) {
     let mut source = Source::new(bytes);
     let orders = [0; 2].map(|_| source.below(ORDERS) as u32);
     let meshes = [0; 2].map(|_| mesh(&mut source));
-    let rows = [0; 2].map(|_| transform(&mut source));
+    let rows = [0; 2].map(|_| source.transform());
     let [mesh_a, mesh_b] = meshes;
     let objects = (build_or_refuse(mesh_a, Some(orders[0])), build_or_refuse(mesh_b, Some(orders[1])));
     let (Some(a), Some(b)) = objects else { return };
@@ -57,30 +57,6 @@ fn polygon(source: &mut Source<'_>, vertex_count: usize) -> Vec<u32> {
     (0..count).map(|_| corner(source)).collect()
 }
 
-fn transform(source: &mut Source<'_>) -> Rows {
-    let linear = match source.byte() % 4 {
-        0 => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        1 => exchanged_axes(source),
-        // Singular: the rows are multiples of one.
-        2 => {
-            let row = source.point();
-            source.point().map(|factor| row.map(|entry| factor * entry))
-        }
-        _ => [0; 3].map(|_| source.point()),
-    };
-    linear.map(|[x, y, z]| [x, y, z, source.coordinate()])
-}
-
-/// A permutation of the axes, each of them scaled.
-fn exchanged_axes(source: &mut Source<'_>) -> [[f64; 3]; 3] {
-    let (first, scales) = (source.below(3), source.point());
-    let mut linear = [[0.0; 3]; 3];
-    for (row, scale) in scales.into_iter().enumerate() {
-        linear[row][(first + row) % 3] = scale;
-    }
-    linear
-}
-
 /// Checks the step; false when it was refused, and had to be.
 fn step_is_right([a, b]: [&Arc<Object>; 2], [rows_a, rows_b]: [Rows; 2]) -> bool {
     let step = KernelPair::new(a, b, Effects::POLYGON_PAIRS).step(rows_a, rows_b);
@@ -99,11 +75,6 @@ fn step_is_right([a, b]: [&Arc<Object>; 2], [rows_a, rows_b]: [Rows; 2]) -> bool
     let verdict = KernelPair::new(a, b, Effects::INTERFERENCE).step(rows_a, rows_b);
     assert_eq!(verdict.map(|outcome| outcome.interfering), Ok(found.interfering));
     true
-}
-
-fn is_finite(object: &Object, rows: &Rows) -> bool {
-    let world = oracle::world_vertices(rows, object.vertices());
-    rows.as_flattened().iter().chain(world.as_flattened()).all(|number| number.is_finite())
 }
 
 fn triangles_are_right(objects: [&Object; 2], rows: [Rows; 2], source: &mut Source<'_>) {

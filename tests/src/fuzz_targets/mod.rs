@@ -5,27 +5,37 @@
 
 mod mesh_file;
 mod meshes_and_transforms;
+mod report_payloads;
 mod scene_file;
 mod source;
+mod step_payloads;
+mod upload;
 mod wire_messages;
 
 use std::sync::Arc;
 
 use collided_kernel::{Object, PolygonMesh};
+use collided_protocol::step::Rows;
+
+use crate::oracle;
 
 pub use mesh_file::mesh_file;
 pub use meshes_and_transforms::meshes_and_transforms;
+pub use report_payloads::report_payloads;
 pub use scene_file::scene_file;
+pub use step_payloads::step_payloads;
 pub use wire_messages::wire_messages;
 
 /// A function of any bytes; it panics when something does not hold.
 pub type Target = fn(&[u8]);
 
 /// Every target, by the name of its corpus and of its program.
-pub const TARGETS: [(&str, Target); 4] = [
+pub const TARGETS: [(&str, Target); 6] = [
     ("mesh_file", mesh_file),
     ("meshes_and_transforms", meshes_and_transforms),
+    ("report_payloads", report_payloads),
     ("scene_file", scene_file),
+    ("step_payloads", step_payloads),
     ("wire_messages", wire_messages),
 ];
 
@@ -62,6 +72,12 @@ fn check_built(mesh: &PolygonMesh, object: &Object) {
     let used = mesh.corners.iter().map(|&corner| mesh.vertices[corner as usize]);
     let container = object.container().map(|container| (container.min, container.max));
     assert_eq!(container, used.map(|vertex| (vertex, vertex)).reduce(joined));
+}
+
+/// Whether the map and all vertices that it places are finite.
+fn is_finite(object: &Object, rows: &Rows) -> bool {
+    let world = oracle::world_vertices(rows, object.vertices());
+    rows.as_flattened().iter().chain(world.as_flattened()).all(|number| number.is_finite())
 }
 
 type Extent = ([f64; 3], [f64; 3]);

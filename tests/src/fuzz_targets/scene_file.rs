@@ -1,25 +1,23 @@
 //! Scene files, TOML and JSON.
 
-use std::fs;
+use std::path::Path;
 
-use collided::scene_file::{SceneFile, Source};
+use collided::scene_file::{Format, SceneFile, Source};
 
 use super::build_or_refuse;
-use crate::daemon_process::RuntimeDirectory;
 
-/// Reads the bytes as a scene file: JSON when they begin with a brace, which no TOML does. They are refused with a reason that
-/// names the file, or give a scene whose numbers of objects and bodies are those of objects and bodies it has.
+/// Reads the bytes, when they are text, as a scene file: JSON when they begin with a brace, which no TOML does. They are refused
+/// with a reason that names the file, or give a scene whose numbers of objects and bodies are those of objects and bodies it
+/// has.
 ///
 /// # Panics
-/// When this does not hold, or no file can be written.
+/// When this does not hold.
 pub fn scene_file(bytes: &[u8]) {
-    let folder = RuntimeDirectory::new();
-    let is_json = bytes.trim_ascii_start().starts_with(b"{");
-    let path = folder.path().join(if is_json { "scene.json" } else { "scene.toml" });
-    fs::write(&path, bytes).expect("a scene file can be written");
-    match SceneFile::read(&path) {
+    let Ok(text) = str::from_utf8(bytes) else { return };
+    let format = if text.trim_start().starts_with('{') { Format::Json } else { Format::Toml };
+    match SceneFile::parse(text, format, Path::new("cell/scene")) {
         Ok(scene) => check(scene),
-        Err(error) => assert!(error.to_string().contains(&*path.to_string_lossy()), "{error}"),
+        Err(error) => assert!(error.to_string().contains("cell/scene"), "{error}"),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Numbers from the bytes of a fuzzer. Where the bytes end, zeros follow.
 
+use collided_protocol::step::Rows;
+
 /// Coordinates at which arithmetic goes wrong: the ends of the range of f64, the limits of the kernel's predicates, numbers
 /// that are not what their digits say, and three that are no coordinates.
 #[rustfmt::skip]
@@ -62,5 +64,43 @@ impl<'a> Source<'a> {
 
     pub fn point(&mut self) -> [f64; 3] {
         [0; 3].map(|_| self.coordinate())
+    }
+
+    /// An affine map, singular or not, and not always finite.
+    pub fn transform(&mut self) -> Rows {
+        let linear = match self.byte() % 4 {
+            0 => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            1 => self.exchanged_axes(),
+            // Singular: the rows are multiples of one.
+            2 => {
+                let row = self.point();
+                self.point().map(|factor| row.map(|entry| factor * entry))
+            }
+            _ => [0; 3].map(|_| self.point()),
+        };
+        linear.map(|[x, y, z]| [x, y, z, self.coordinate()])
+    }
+
+    /// A permutation of the axes, each of them scaled.
+    fn exchanged_axes(&mut self) -> [[f64; 3]; 3] {
+        let (first, scales) = (self.below(3), self.point());
+        let mut linear = [[0.0; 3]; 3];
+        for (row, scale) in scales.into_iter().enumerate() {
+            linear[row][(first + row) % 3] = scale;
+        }
+        linear
+    }
+
+    /// Most often a small number; after the byte 255 any.
+    pub fn number(&mut self) -> u64 {
+        match self.byte() {
+            255 => u64::from_le_bytes([0; 8].map(|_: u8| self.byte())),
+            byte => u64::from(byte),
+        }
+    }
+
+    /// What has not been taken.
+    pub fn rest(&self) -> &'a [u8] {
+        self.rest
     }
 }

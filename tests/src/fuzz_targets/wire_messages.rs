@@ -1,4 +1,4 @@
-//! Messages of the control channel, as daemon and client read them.
+//! Messages of the control channel, as daemon and client read them, and the uploads that they announce.
 
 use std::fmt::Debug;
 use std::io::Cursor;
@@ -9,8 +9,11 @@ use collided_protocol::names::Rendezvous;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::upload::upload;
+
 /// Reads the bytes as a stream of frames, and as one message without a frame, of each kind. What can be read is the same
-/// message after it was written and read again, and what cannot leaves the stream at the next frame.
+/// message after it was written and read again, and what cannot leaves the stream at the next frame. Reads them as an upload,
+/// too: see [`upload`].
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -20,6 +23,7 @@ pub fn wire_messages(bytes: &[u8]) {
     message::<Request>(bytes);
     message::<Reply>(bytes);
     message::<Rendezvous>(bytes);
+    upload(bytes);
 }
 
 fn frames<T: Serialize + DeserializeOwned + PartialEq + Debug>(bytes: &[u8]) {

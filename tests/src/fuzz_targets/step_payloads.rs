@@ -1,0 +1,162 @@
+//! Steps as a client writes them into shared memory, up to the report.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
+
+use collided::{kernel_errors, step_payload};
+use collided_client::IDENTITY;
+use collided_kernel::{
+    BodyId, Effects, NoClock, Object, PairResult, PolygonMesh, PolygonPair, Report, Scene, Transforms,
+};
+use collided_protocol::limits::MAX_BODIES;
+use collided_protocol::step::{MOTION_LINEAR, ROWS_WORDS, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, Word};
+use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
+
+use super::is_finite;
+use super::source::Source;
+
+const MAX_STEPS: usize = 4;
+const MAX_TRANSFORMS: usize = 6;
+/// The ids of the living bodies: body 1 was removed.
+const BODIES: [u32; 3] = [0, 2, 3];
+const REMOVED: BodyId = BodyId(1);
+
+/// A tetrahedron; one of its faces has four corners, three of them in a line.
+static OBJECT: LazyLock<Arc<Object>> = LazyLock::new(|| {
+    let vertices = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0]];
+    let polygons: [&[u32]; 4] = [&[0, 2, 1], &[0, 4, 1, 3], &[1, 2, 3], &[2, 0, 3]];
+    let mesh = PolygonMesh::from_polygons(vertices, polygons.map(Vec::from));
+    Arc::new(Object::build(mesh, Some(3), &()).expect("the object is valid"))
+});
+
+/// A message of a client that need not keep to the protocol.
+struct Message {
+    header: StepHeader,
+    words: Vec<Word>,
+}
+
+/// Pairs of a report, with their polygon pairs.
+type Pairs = Vec<(PairResult, Vec<PolygonPair>)>;
+
+/// Sends steps to a scene of three bodies. A message is taken exactly when it keeps to the protocol, with the very bits that it
+/// has; a step is refused exactly when it names bodies that it must not, or is not finite in the world. The report is that of a
+/// new scene whose bodies are placed at once where the accepted steps have left them.
+///
+/// # Panics
+/// When one of these does not hold.
+pub fn step_payloads(bytes: &[u8]) {
+    let mut source = Source::new(bytes);
+    let (mut scene, mut placed) = (scene(), BTreeMap::from(BODIES.map(|body| (body, IDENTITY))));
+    for _ in 0..=source.below(MAX_STEPS) {
+        step_is_right(&mut scene, &mut placed, &message(&mut source));
+    }
+    // Whatever was refused last has left nothing behind.
+    step_is_right(&mut scene, &mut placed, &Message { header: header(STEP_SPARSE, 0), words: Vec::new() });
+}
+
+fn scene() -> Scene {
+    let mut scene = Scene::new(Effects::POLYGON_PAIRS);
+    for _ in 0..=BODIES.len() {
+        scene.add_body(Arc::clone(&OBJECT), None);
+    }
+    scene.remove_body(REMOVED).expect("the body is there");
+    scene
+}
+
+fn header(kind: u32, transform_count: u32) -> StepHeader {
+    let (protocol, motion) = (PROTOCOL_VERSION, MOTION_LINEAR);
+    StepHeader { protocol, kind, transform_count, candidate_count: 1, motion, ..StepHeader::default() }
+}
+
+/// Most often as a client of this release would write it, else with faults in some bytes of the header, or in the length.
+fn message(source: &mut Source<'_>) -> Message {
+    let kind = [STEP_DENSE, STEP_SPARSE][source.below(2)];
+    let count = if kind == STEP_SPARSE { source.below(MAX_TRANSFORMS) } else { BODIES.len() };
+    let mut words = Vec::new();
+    if kind == STEP_SPARSE {
+        let ids = |source: &mut Source<'_>| [source.number() as u32, source.number() as u32];
+        words.extend((0..count.div_ceil(2)).map(|_| bytemuck::cast::<_, Word>(ids(source))));
+    }
+    words.extend((0..count).flat_map(|_| bytemuck::cast::<Rows, [Word; ROWS_WORDS]>(source.transform())));
+    let mut header = header(kind, count as u32);
+    for _ in 0..source.below(8).saturating_sub(5) {
+        let at = source.below(size_of::<StepHeader>());
+        bytemuck::bytes_of_mut(&mut header)[at] = source.byte();
+    }
+    match source.below(16) {
+        13 => words.clear(),
+        14 => drop(words.pop()),
+        15 => words.push(source.number()),
+        _ => {}
+    }
+    Message { header, words }
+}
+
+fn step_is_right(scene: &mut Scene, placed: &mut BTreeMap<u32, Rows>, message: &Message) {
+    let mut ids = Vec::new();
+    let transforms = match step_payload::read(&message.header, &message.words, &mut ids) {
+        Ok(transforms) => transforms,
+        Err(error) => return refused(&error, keeps_to_protocol(message), &message.header),
+    };
+    assert!(keeps_to_protocol(message), "a malformed step was taken: {:?}", message.header);
+    let expected = moves(message).and_then(|moves| placed_by(placed, &moves));
+    match scene.step(transforms, &NoClock) {
+        Ok(report) => {
+            *placed = expected.unwrap_or_else(|| panic!("a bad step was answered: {transforms:?}"));
+            assert_eq!(pairs(&report), pairs_at_once(placed), "{placed:?}");
+        }
+        Err(error) => {
+            let error = kernel_errors::step_error(&error, |body| body.to_string());
+            refused(&error, expected.is_some(), &message.header);
+        }
+    }
+}
+
+fn refused(error: &WireError, was_right: bool, header: &StepHeader) {
+    assert!(!was_right, "a good step was refused ({error}): {header:?}");
+    assert!(error.code != ErrorCode::Internal && !error.message.is_empty() && !error.remedy.is_empty(), "{error:?}");
+}
+
+/// As `docs/protocol.md` has it, in numbers wider than any count.
+fn keeps_to_protocol(Message { header, words }: &Message) -> bool {
+    let count = u128::from(header.transform_count);
+    let id_words = if header.kind == STEP_SPARSE { count.div_ceil(2) } else { 0 };
+    header.protocol == PROTOCOL_VERSION
+        && [STEP_DENSE, STEP_SPARSE].contains(&header.kind)
+        && header.transform_count <= MAX_BODIES
+        && (header.candidate_count, header.motion) == (1, MOTION_LINEAR)
+        && words.len() as u128 == id_words + 12 * count
+}
+
+/// Which body goes where, word by word; `None` for a dense step of too few or too many bodies.
+fn moves(Message { header, words }: &Message) -> Option<Vec<(u32, Rows)>> {
+    let count = header.transform_count as usize;
+    let dense = header.kind == STEP_DENSE;
+    if dense && count != BODIES.len() {
+        return None;
+    }
+    let half = |index: usize| (words[index / 2] >> (32 * (index % 2))) as u32;
+    let body = |index: usize| if dense { BODIES[index] } else { half(index) };
+    let rows = &words[words.len() - 12 * count..];
+    let entry = |index: usize| f64::from_bits(rows[index]);
+    let transform = |first: usize| [0, 4, 8].map(|row| [0, 1, 2, 3].map(|column| entry(first + row + column)));
+    Some((0..count).map(|index| (body(index), transform(12 * index))).collect())
+}
+
+/// Where the bodies are after the moves; `None` when these must be refused.
+fn placed_by(placed: &BTreeMap<u32, Rows>, moves: &[(u32, Rows)]) -> Option<BTreeMap<u32, Rows>> {
+    let moved: BTreeMap<u32, Rows> = moves.iter().copied().collect();
+    let right = moved.len() == moves.len()
+        && moved.iter().all(|(body, rows)| placed.contains_key(body) && is_finite(&OBJECT, rows));
+    right.then(|| placed.iter().map(|(&body, &rows)| (body, *moved.get(&body).unwrap_or(&rows))).collect())
+}
+
+fn pairs_at_once(placed: &BTreeMap<u32, Rows>) -> Pairs {
+    let rows: Vec<Rows> = placed.values().copied().collect();
+    let mut scene = scene();
+    pairs(&scene.step(Transforms::Dense(&rows), &NoClock).expect("the bodies were placed there before"))
+}
+
+fn pairs(report: &Report<'_>) -> Pairs {
+    report.pairs().iter().map(|pair| (pair.clone(), report.polygon_pairs(pair).to_vec())).collect()
+}
