@@ -11,5 +11,7 @@ pub mod npy;
 pub mod oracle;
 pub mod plain_f64;
 pub mod small_meshes;
+pub mod touching_bodies;
 pub mod transforms;
 pub mod triangle_pairs;
+pub mod triangles_on_planes;

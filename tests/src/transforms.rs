@@ -7,6 +7,8 @@ use collided_protocol::step::Rows;
 use proptest::array::uniform3;
 use proptest::prelude::*;
 
+use crate::triangle_pairs::scaled;
+
 /// The linear part of a transform, row-major.
 pub type Linear = [[f64; 3]; 3];
 
@@ -20,6 +22,21 @@ pub fn linear() -> impl Strategy<Value = Linear> {
         3 => rotation(),
         3 => (rotation(), scales, rotation()).prop_map(|(r, s, q)| product(&product(&r, &diagonal(s)), &q)),
         1 => uniform3(uniform3(-1.0..1.0)),
+    ]
+}
+
+/// Like [`linear`], and far beyond: scales 2^60 either way in one map, columns that are parallel up to 2^-60, mirrors of both.
+pub fn extreme_linear() -> impl Strategy<Value = Linear> {
+    let power = || {
+        (-60..=60i32, any::<bool>()).prop_map(|(exponent, mirror)| scaled(if mirror { -1.0 } else { 1.0 }, exponent))
+    };
+    let narrow = || (-60..=-10i32, -1.0..1.0).prop_map(|(exponent, part)| scaled(part, exponent));
+    let flattened = (narrow(), narrow(), narrow()).prop_map(|(x, y, z)| [[1.0, 1.0, 1.0], [0.0, x, y], [0.0, 0.0, z]]);
+    prop_oneof![
+        2 => linear(),
+        2 => (rotation(), uniform3(power()), rotation()).prop_map(|(r, s, q)| product(&product(&r, &diagonal(s)), &q)),
+        1 => (rotation(), uniform3(power())).prop_map(|(r, s)| product(&r, &diagonal(s))),
+        2 => (rotation(), flattened).prop_map(|(r, flattened)| product(&r, &flattened)),
     ]
 }
 

@@ -165,7 +165,7 @@ pub fn scaled(x: f64, exponent: i32) -> f64 {
 }
 
 /// The neighbour of `x` so many steps up, or down.
-fn nudged(x: f64, steps: i8) -> f64 {
+pub fn nudged(x: f64, steps: i8) -> f64 {
     let step = if steps > 0 { f64::next_up } else { f64::next_down };
     (0..steps.unsigned_abs()).fold(x, |x, _| step(x))
 }

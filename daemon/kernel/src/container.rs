@@ -173,7 +173,11 @@ impl Lattice {
     /// The plane before voxel `index` of `2^bits` along `axis`.
     ///
     /// Planes of a coarser order are, to the bit, planes of every finer one: `index` and `step` scale by powers of two, which
-    /// leaves their product as it is. Measured from the nearer end, so that nothing overflows.
+    /// leaves their product as it is, because no step is subnormal. So the children of a voxel cover it, and no point falls
+    /// between them. Measured from the nearer end, so that nothing overflows.
+    ///
+    /// A plane is within 3·2^-53 of the largest coordinate from where exact halving of the rounded side has it: one rounding
+    /// each in the side, the product and the sum. Steps are at least 16·2^-53 of it, so planes ascend.
     #[inline]
     pub(crate) fn plane(&self, axis: usize, bits: u32, index: u32) -> f64 {
         let count = 1u32 << bits;
@@ -187,6 +191,9 @@ impl Lattice {
 
     /// Of the `2^level_bits` voxels from `first` on, those whose closed extent along `axis` reaches `[min, max]`; `bits` are
     /// the halvings of the axis so far. What cannot be compared (NaN) counts as reached.
+    ///
+    /// No margin here: planes are compared as they are, both ends closed, and a voxel is by definition what lies between its
+    /// planes. Whoever computed `min` and `max` has widened them.
     #[inline]
     pub(crate) fn places_reached(
         &self,
@@ -243,11 +250,13 @@ fn half_to_the(bits: u32) -> f64 {
 fn next_halving(container: &Container, half_sides: &[f64; 3], bits: &[u32; 3]) -> Option<usize> {
     /// A side shorter than this share of the largest coordinate has too few numbers between its ends.
     const SHORTEST: f64 = 8.0 * f64::EPSILON;
+    /// Half of this is still normal, so that halving is exact: see [`Lattice::plane`].
+    const SMALLEST: f64 = 2.0 * f64::MIN_POSITIVE;
     let reach = container.reach();
     let mut longest: Option<(usize, f64)> = None;
     for axis in 0..3 {
         let half = half_sides[axis] * half_to_the(bits[axis]);
-        let can_split = half >= reach[axis] * SHORTEST && half >= f64::MIN_POSITIVE;
+        let can_split = half >= reach[axis] * SHORTEST && half >= SMALLEST;
         if can_split && longest.is_none_or(|(_, length)| half > length) {
             longest = Some((axis, half));
         }
@@ -279,19 +288,60 @@ mod tests {
         assert_eq!(Lattice::new(tiny, 30).order(), 0);
     }
 
+    /// Containers that are hard on rounding: sides on no grid, far from the origin, thin, huge, near underflow.
+    fn hard_containers() -> Vec<Container> {
+        let sides =
+            [[-0.3, 12.9], [0.1, 0.7], [1e9 + 0.1, 1e9 + 0.3], [-1e-9, 7.0], [-f64::MAX, f64::MAX], [-1e308, 1.7e308]];
+        let mut ends: Vec<[f64; 2]> = sides.to_vec();
+        for exponent in [-1021, -1020, -1018, -1010, -1000, -300, 300, 1000] {
+            let unit = 2f64.powi(exponent);
+            ends.extend([[-unit, unit], [-0.3 * unit, 0.7 * unit], [unit.next_down(), 9.0 * unit.next_up()]]);
+            // An odd number of the smallest units.
+            ends.push([(-unit).next_down(), unit.next_up()]);
+        }
+        ends.into_iter().map(|[low, high]| Container { min: [low, 0.0, 0.0], max: [high, 0.0, 0.0] }).collect()
+    }
+
     #[test]
-    fn planes_of_a_coarser_order_are_planes_of_a_finer_one() {
-        let container = Container { min: [-0.3, 1.7, -1e308], max: [12.9, 1.9, 1.7e308] };
-        let lattice = Lattice::new(container, 12);
-        for axis in 0..3 {
-            for bits in 1..8 {
-                let planes = (0..=1u32 << bits).map(|index| lattice.plane(axis, bits, index));
-                let planes: Vec<f64> = planes.collect();
-                assert!(planes.is_sorted(), "{planes:?}");
-                assert_eq!((planes[0], planes[1 << bits]), (container.min[axis], container.max[axis]));
-                for (index, plane) in planes.iter().enumerate() {
-                    assert_eq!(*plane, lattice.plane(axis, bits + 1, 2 * index as u32));
+    fn planes_ascend_and_are_planes_of_every_finer_order() {
+        for container in hard_containers() {
+            let lattice = Lattice::new(container, 14);
+            for bits in 1..=lattice.order() {
+                let planes: Vec<f64> = (0..=1 << bits).map(|index| lattice.plane(0, bits, index)).collect();
+                assert!(planes.windows(2).all(|pair| pair[0] < pair[1]), "{container:?} at {bits}");
+                assert_eq!((planes[0], planes[1 << bits]), (container.min[0], container.max[0]));
+                if bits < lattice.order() {
+                    let finer = |index: usize| lattice.plane(0, bits + 1, 2 * index as u32);
+                    assert!(planes.iter().enumerate().all(|(i, &plane)| plane == finer(i)), "{container:?} at {bits}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn the_places_reached_are_those_between_whose_planes_it_lies() {
+        for container in hard_containers() {
+            let lattice = Lattice::new(container, 8);
+            let (mut bits, mut parent) = (0, 0u32);
+            for level in lattice.levels() {
+                let level_bits = level.bits[0];
+                bits += level_bits;
+                let first = parent << level_bits;
+                parent = first + (1 << level_bits) / 2;
+                let planes: Vec<f64> = (first..=first + (1 << level_bits)).map(|i| lattice.plane(0, bits, i)).collect();
+                for plane in &planes {
+                    let at = [plane.next_down().next_down(), plane.next_down(), *plane, plane.next_up()];
+                    for (min, max) in at.into_iter().flat_map(|min| at.map(|max| (min, max))) {
+                        let reached = lattice.places_reached(0, bits, first, level_bits, min, max);
+                        let expected = planes.windows(2).map(|ends| ends[0] <= max && ends[1] >= min);
+                        let expected: Vec<bool> = expected.collect();
+                        let found: Vec<bool> = (0..expected.len()).map(|place| reached.contains(&place)).collect();
+                        // What ends before it begins, and between two planes, is a matter of no point.
+                        assert!(min > max || found == expected, "{container:?} at {bits}: {min:e}..{max:e}");
+                    }
+                }
+                let all = lattice.places_reached(0, bits, first, level_bits, f64::NAN, f64::NAN);
+                assert_eq!(all, 0..1 << level_bits);
             }
         }
     }

@@ -80,8 +80,11 @@ impl TriangleExtents {
 impl Axis {
     fn new(direction: DVec3, corners: &[DVec3; 3], reach: DVec3) -> Axis {
         let at = corners.map(|corner| direction.dot(corner));
-        // Corner: 3 products, 2 sums. Box: 1 rounding in centre and half each, then the same. All below 16 roundings of the
-        // sum of magnitudes; 2^-1060 covers what underflows.
+        // Whatever vector the direction is after its own rounding, a common point has one coordinate along it. Roundings of
+        // 2^-53 of the sum of magnitudes: 3 in each corner; 1 in the box's centre and half sides each and 3 in each product; 2
+        // in their sum or difference, which may be twice the sum of magnitudes; 1 in the widened extent. That is 14; the slack
+        // is 32. Components of the direction are at most 2, so that products underflow by 2^-1072 and halved coordinates by
+        // 2^-1070. Where a product overflows, so does the slack, and then nothing is discarded.
         let slack = direction.abs().dot(reach) * (16.0 * f64::EPSILON) + UNDERFLOW;
         Axis { direction, min: at[0].min(at[1]).min(at[2]) - slack, max: at[0].max(at[1]).max(at[2]) + slack }
     }

@@ -1,7 +1,7 @@
 //! Stage 7: polygon pairs, from the lists of the voxels that reach each other.
 //!
 //! The triangles of a voxel are carried into the world once for a batch of voxel pairs; two of them are a candidate when
-//! their world boxes, which are exact, overlap. A pair of triangles often shares several pairs of voxels: a small memory of
+//! their world boxes, which are exact (smallest and largest of the very coordinates that are tested), overlap. A pair of triangles often shares several pairs of voxels: a small memory of
 //! recent candidates keeps most repetitions from the exact test, and what slips through is merged in stage 9.
 
 use glam::DVec3;

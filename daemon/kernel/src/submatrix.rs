@@ -9,10 +9,32 @@
 //! A common point of two world polygons is, along any direction L, both `L·(A x + s + e)` and `L·(B y + t + f)`, where x and y
 //! lie in voxels that list the polygons, and e and f are what rounding moved the vertices by
 //! ([`rounding_bound`](crate::affine::rounding_bound)). So `|offset + α·x − β·y|` is at most `|L|·(|e| + |f|)`, with α = AᵀL,
-//! β = BᵀL, offset = L·(s − t). Whatever vector L came out of its own rounding, this holds for it. The computed α, β, offset,
-//! centres, half sides and sums err by less than 56·2^-53 of `|L|·(magnitude of A + magnitude of B)`, and 8·2^-53 more cover e
-//! and f; [`SLACK`] is their sum. What underflows is covered by [`UNDERFLOW`] times the coordinates it is multiplied by. Where
-//! something overflows, the slack is infinite or a comparison sees NaN, and nothing is discarded.
+//! β = BᵀL, offset = L·(s − t). Whatever vector L came out of its own rounding, this holds for it.
+//!
+//! Roundings, each of 2^-53, of what they are measured by; a and b are `|L|·|A|·reach` and `|L|·|B|·reach` (sums of magnitudes,
+//! reach the largest coordinates), m is a + b + `|L|·(|s| + |t|)`, that is `|L|·(magnitude of A + magnitude of B)`:
+//!
+//! | what | roundings | of |
+//! |---|---|---|
+//! | offset: the difference, three products, two sums | 4 | `\|L\|·(\|s\| + \|t\|)` |
+//! | centre and half sides against the planes of the voxel: 3 in a plane, 3 in the centre | 6 | a, b |
+//! | α·centre: 3 in α, 3 in the product with it | 6 | a, b |
+//! | reach, `\|α\|·half sides`: 3 and 3 | 6 | a, b |
+//! | position, its sum with α·centre, reach and slack, their sum | 4 | m |
+//! | e and f | 5 | m |
+//!
+//! Together 27 of m. [`reached`](PairFrame::reached) needs no centre and no reach of the voxel that is split, but has the skew (3
+//! in α, 2 in its own products) and three more sums: 28. Its quotients are rounded to nearest and then compared with planes,
+//! which are f64: rounding is monotone, so a quotient does not pass a plane that the exact one does not pass. [`SLACK`] is
+//! more than twice as much, for the terms of second order and the rounding of magnitude and slack themselves.
+//!
+//! Underflow: L is at most 2 along each world axis, and a product loses 2^-1075. That is three products in each of offset,
+//! α·centre and reach, 18 in e and f times 2, and in α three times the coordinates: all below [`UNDERFLOW`] times (4 + sum of
+//! coordinates). Halving subnormal coordinates loses 2^-1075 four times, which α may make large: [`HALVING`] is added to half
+//! sides.
+//!
+//! Overflow: every term and partial sum is at most m, up to rounding. The slack is computed from 2m, which overflows before any
+//! of them can. Then the slack is infinite, or a comparison sees NaN, and nothing is discarded.
 
 use glam::DVec3;
 
@@ -24,6 +46,8 @@ use crate::polygon_box::unit_scale;
 const SLACK: f64 = 64.0 * (f64::EPSILON / 2.0);
 /// 2^-1060.
 const UNDERFLOW: f64 = f64::from_bits(1 << 14);
+/// 2^-1072.
+const HALVING: f64 = f64::from_bits(1 << 2);
 
 /// Levels of the pyramid, the voxels of the full order included.
 pub(crate) const MAX_LEVELS: usize = (MAX_ORDER.div_ceil(HALVINGS_PER_LEVEL) + 1) as usize;
@@ -107,8 +131,9 @@ impl PairFrame {
         let directions = directions(&columns_a, &columns_b);
         let shift = DVec3::new(a.rows[0][3] - b.rows[0][3], a.rows[1][3] - b.rows[1][3], a.rows[2][3] - b.rows[2][3]);
         let coordinates = reach(a.object).into_iter().chain(reach(b.object)).sum::<f64>();
-        let slack = directions
-            .map(|direction| direction.abs().dot(a.magnitude + b.magnitude) * SLACK + UNDERFLOW * (4.0 + coordinates));
+        let twice = 2.0 * (a.magnitude + b.magnitude);
+        let slack =
+            directions.map(|direction| direction.abs().dot(twice) * (0.5 * SLACK) + UNDERFLOW * (4.0 + coordinates));
         let offset = directions.map(|direction| direction.dot(shift));
         let sides = [Side::new(a.object, &columns_a, &directions), Side::new(b.object, &columns_b, &directions)];
         let skew = [skew(&sides[0], a.object, 0), skew(&sides[1], b.object, 3)];
@@ -211,7 +236,7 @@ impl Side {
             let half = lattice.half_sides_at(level);
             side.bits[level] = lattice.bits_at(level);
             side.half[level] = half;
-            side.reach[level] = along.map(|along| along.abs().dot(half));
+            side.reach[level] = along.map(|along| along.abs().dot(half + DVec3::splat(HALVING)));
             let sides = [0, 1, 2].map(|axis| columns[axis].abs().max_element() * half[axis]);
             side.size[level] = sides[0].max(sides[1]).max(sides[2]);
         }

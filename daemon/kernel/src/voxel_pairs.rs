@@ -3,6 +3,11 @@
 //! The two pyramids are descended together, depth first. Of a pair of voxels the larger one is split: the block of its
 //! children that the other's extent reaches, ANDed with the occupancy word, is the interference submatrix of that node, and
 //! what the remaining axes do not prove apart goes on.
+//!
+//! Nothing is lost, by induction: where a pair of voxels holds a common point of two listed triangles, the children of the
+//! split one cover it ([`Lattice::plane`](crate::container::Lattice)), the child with the point lists the triangle
+//! (`polygon_box`), and that child is not proven apart (`submatrix`). Ending the descent anywhere discards nothing: the lists
+//! of the voxels are then compared as they are.
 
 use crate::object::Object;
 use crate::polygon_box::bits_of;
