@@ -29,8 +29,12 @@ impl Random {
 /// Transforms of `count` bodies over `steps` steps, `[step][body]`. Bodies of unit size turn and drift in a cube in which each
 /// has `room` cubic units to itself.
 pub fn moving(count: usize, steps: usize, room: f64, seed: u64) -> Vec<Vec<Rows>> {
+    moving_within((count as f64 * room).cbrt(), count, steps, seed)
+}
+
+/// As [`moving`], in a cube of the given side: the same bits on every machine, since the cube root is not needed.
+pub fn moving_within(side: f64, count: usize, steps: usize, seed: u64) -> Vec<Vec<Rows>> {
     let mut random = Random::new(seed);
-    let side = (count as f64 * room).cbrt();
     let mut bodies: Vec<Body> = (0..count).map(|_| Body::new(&mut random, side)).collect();
     let mut step = || bodies.iter_mut().map(|body| body.advance(side)).collect();
     (0..steps).map(|_| step()).collect()

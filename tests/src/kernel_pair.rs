@@ -9,6 +9,7 @@ use collided_kernel::{
 use collided_protocol::report::Relation;
 use collided_protocol::step::Rows;
 use glam::DVec3;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::oracle::{self, Triangle};
 
@@ -100,6 +101,14 @@ fn swapped(containment: Containment) -> Containment {
         Containment::UnknownAInconsistent => Containment::UnknownBInconsistent,
         Containment::UnknownBInconsistent => Containment::UnknownAInconsistent,
     }
+}
+
+/// A pool of one thread and one of two, to run the same steps in.
+///
+/// # Panics
+/// When threads cannot be started.
+pub fn pools() -> [ThreadPool; 2] {
+    [1, 2].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started"))
 }
 
 /// What the brute-force twin finds, everything asked for.

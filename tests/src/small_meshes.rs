@@ -1,6 +1,10 @@
-//! Meshes of few polygons, whose interference is known by heart.
+//! Meshes of few polygons: some whose interference is known by heart, and random ones where special positions are frequent.
 
 use collided_client::{Mesh, Rows};
+use collided_kernel::PolygonMesh;
+use proptest::array::uniform3;
+use proptest::collection::vec;
+use proptest::prelude::*;
 
 /// One triangle in the plane z = 0. With itself in the same place: one polygon pair, coplanar.
 pub const TRIANGLE: Mesh<'static> =
@@ -16,4 +20,11 @@ pub const TWO_TRIANGLES: Mesh<'static> = Mesh {
 /// A translation.
 pub fn at(x: f64, y: f64, z: f64) -> Rows {
     [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]
+}
+
+/// Triangles, quadrilaterals and pentagons on few grid points, so that they share corners, overlap and collapse.
+pub fn small_mesh() -> impl Strategy<Value = PolygonMesh> {
+    let vertices = vec(uniform3((-2..=2i32).prop_map(f64::from)), 5..9);
+    (vertices, vec(vec(0..5u32, 3..=5), 0..8))
+        .prop_map(|(vertices, polygons)| PolygonMesh::from_polygons(vertices, polygons))
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use collided_kernel::{Containment, Effects, Object, ObjectError, PolygonMesh, StepError};
 use collided_tests::hardcases::{self, Answer, Case, Expected, Mesh};
-use collided_tests::kernel_pair::{KernelPair, Outcome};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use collided_tests::kernel_pair::{self, KernelPair, Outcome};
+use rayon::ThreadPool;
 
 /// Even and odd, below, at and above one level of the pyramid (six halvings).
 const ORDERS: [u32; 6] = [0, 1, 6, 7, 12, 18];
@@ -141,13 +141,9 @@ fn faults(case: &Case, pools: &[ThreadPool; 2]) -> Vec<String> {
     orders.flat_map(|order| faults_at_order(case, order, pools)).collect()
 }
 
-fn pools() -> [ThreadPool; 2] {
-    [1, 2].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started"))
-}
-
 #[test]
 fn the_whole_table() {
-    let pools = pools();
+    let pools = kernel_pair::pools();
     let mut table: BTreeMap<String, [usize; 2]> = BTreeMap::new();
     let mut all_faults = Vec::new();
     for case in hardcases::static_cases() {

@@ -2,26 +2,24 @@
 
 use std::sync::{Arc, LazyLock};
 
-use collided_kernel::{Effects, Object, PolygonMesh};
+use collided_kernel::{Effects, Object};
 use collided_protocol::report::Relation;
 use collided_protocol::step::Rows;
 use collided_tests::kernel_pair::{self, KernelPair, Outcome};
 use collided_tests::meshes;
 use collided_tests::oracle::{self, Surface};
+use collided_tests::small_meshes::small_mesh;
 use collided_tests::transforms::{Linear, direction, linear, placed};
 use proptest::array::uniform3;
-use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 /// Every mesh of the project, at the order that the kernel chooses.
 static SHIPPED: LazyLock<Vec<Arc<Object>>> =
     LazyLock::new(|| meshes::SHIPPED.iter().map(|name| meshes::shipped(name, None)).collect());
 
-static POOLS: LazyLock<[ThreadPool; 2]> = LazyLock::new(|| {
-    [1, 2].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started"))
-});
+static POOLS: LazyLock<[ThreadPool; 2]> = LazyLock::new(kernel_pair::pools);
 
 /// Two objects and where they are.
 #[derive(Clone)]
@@ -99,13 +97,6 @@ fn nearest_contact(objects: &[Arc<Object>; 2], linear: [Linear; 2], offset: [f64
         *(if interfering { &mut meeting } else { &mut apart }) = middle;
     }
     [at(meeting), at(apart)]
-}
-
-/// Triangles, quadrilaterals and pentagons on few grid points, so that they share corners, overlap and collapse.
-fn small_mesh() -> impl Strategy<Value = PolygonMesh> {
-    let vertices = vec(uniform3((-2..=2i32).prop_map(f64::from)), 5..9);
-    (vertices, vec(vec(0..5u32, 3..=5), 0..8))
-        .prop_map(|(vertices, polygons)| PolygonMesh::from_polygons(vertices, polygons))
 }
 
 fn small_transform() -> impl Strategy<Value = Rows> {
