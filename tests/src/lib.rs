@@ -3,6 +3,7 @@
 pub mod crowd;
 pub mod client_process;
 pub mod daemon_process;
+pub mod derived_meshes;
 pub mod fuzz_targets;
 pub mod hardcases;
 pub mod kernel_pair;
