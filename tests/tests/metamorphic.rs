@@ -193,10 +193,13 @@ fn of_wholes(parts: &Outcome, origin: &[Vec<u32>; 2]) -> Outcome {
     Outcome::of(strongest.into_iter().map(|((a, b), relation)| (a, b, relation)).collect())
 }
 
+/// A change of a mesh, and what it is called.
+type Copying<'a> = (&'a str, &'a dyn Fn(&PolygonMesh) -> Derived);
+
 /// All changes of the meshes that leave every polygon what it is.
 fn check_copies(name: &str, input: &Input, expected: &Outcome, keys: &[u32], ways: &mut impl Iterator<Item = Way>) {
     let renumbered = |mesh: &PolygonMesh| derived_meshes::renumbered(mesh, keys);
-    let changes: [(&str, &dyn Fn(&PolygonMesh) -> Derived); 3] = [
+    let changes: [Copying<'_>; 3] = [
         ("renumbered", &renumbered),
         ("without shared vertices", &derived_meshes::without_shared_vertices),
         ("doubled", &derived_meshes::doubled),
