@@ -20,6 +20,11 @@ fn sign(value: f64) -> Sign {
 
 impl Arithmetic for PlainF64 {
     type Plane = PlainPlane;
+    type First = Self;
+
+    fn first(self) -> Self {
+        self
+    }
 
     fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign {
         self.side(&self.plane(&[o, a, b]), p)

@@ -8,7 +8,7 @@ mod flat;
 
 use glam::DVec3;
 
-use crate::predicates::{AnyRange, Arithmetic, Sign, Tame, is_tame};
+use crate::predicates::{AnyRange, Arithmetic, FixedPoint, Sign, Stage, Tame, is_tame, on_common_grid};
 use crate::report::Relation;
 
 /// How two closed triangles meet; `None` when they have no point in common. Exact for every finite position.
@@ -28,24 +28,41 @@ pub fn triangles(a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Relation> {
 /// [`triangles`] in a given arithmetic: as true as its signs are.
 #[inline]
 pub fn triangles_in<A: Arithmetic>(arithmetic: A, a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Relation> {
-    let plane_a = arithmetic.plane(a);
-    let sides_b = b.map(|point| arithmetic.side(&plane_a, point));
+    interference(arithmetic.first(), a, b).unwrap_or_else(|_| in_doubt(arithmetic, a, b))
+}
+
+/// A pair that the first stage leaves open.
+#[cold]
+#[inline(never)]
+fn in_doubt<A: Arithmetic>(arithmetic: A, a: &[DVec3; 3], b: &[DVec3; 3]) -> Option<Relation> {
+    let Ok(relation) = match on_common_grid(a, b) {
+        Some([a, b]) => interference(FixedPoint, &a, &b),
+        None => interference(arithmetic, a, b),
+    };
+    relation
+}
+
+/// The case analysis, in one stage: as true as its signs are.
+#[inline]
+fn interference<S: Stage>(stage: S, a: &[S::Point; 3], b: &[S::Point; 3]) -> Result<Option<Relation>, S::Doubt> {
+    let plane_a = stage.plane_through(a);
+    let sides_b = stage.sides_of(&plane_a, b)?;
     if one_side(sides_b) {
-        return None;
+        return Ok(None);
     }
     // A triangle without area has no plane: every point gets 0 there.
     if sides_b == [0; 3] {
-        return flat::interference(arithmetic, a, b);
+        return flat::interference(stage, a, b);
     }
-    let plane_b = arithmetic.plane(b);
-    let sides_a = a.map(|point| arithmetic.side(&plane_b, point));
+    let plane_b = stage.plane_through(b);
+    let sides_a = stage.sides_of(&plane_b, a)?;
     if one_side(sides_a) {
-        return None;
+        return Ok(None);
     }
     if sides_a == [0; 3] {
-        return flat::interference(arithmetic, a, b);
+        return flat::interference(stage, a, b);
     }
-    intervals(arithmetic, a, sides_a, b, sides_b)
+    intervals(stage, a, sides_a, b, sides_b)
 }
 
 fn one_side(sides: [Sign; 3]) -> bool {
@@ -53,28 +70,29 @@ fn one_side(sides: [Sign; 3]) -> bool {
 }
 
 /// Two triangles with area whose planes meet in a line, each reaching the other's plane.
-fn intervals<A: Arithmetic>(
-    arithmetic: A,
-    a: &[DVec3; 3],
+#[inline(never)]
+fn intervals<S: Stage>(
+    stage: S,
+    a: &[S::Point; 3],
     sides_a: [Sign; 3],
-    b: &[DVec3; 3],
+    b: &[S::Point; 3],
     sides_b: [Sign; 3],
-) -> Option<Relation> {
+) -> Result<Option<Relation>, S::Doubt> {
     let (apex_a, above_a) = apex(sides_a);
     let (apex_b, above_b) = apex(sides_b);
     // Each triangle runs so that the other's apex is above its plane; then the intervals run along the line alike.
     let [p1, q1, r1] = from_apex(a, apex_a, above_b);
     let [p2, q2, r2] = from_apex(b, apex_b, above_a);
-    let first = arithmetic.orient3d(p1, q1, p2, q2);
+    let first = stage.handedness([p1, q1, p2, q2])?;
     if first > 0 {
-        return None;
+        return Ok(None);
     }
-    let second = arithmetic.orient3d(p1, r1, r2, p2);
+    let second = stage.handedness([p1, r1, r2, p2])?;
     if second > 0 {
-        return None;
+        return Ok(None);
     }
     let interiors_meet = first < 0 && second < 0 && straddles(sides_a) && straddles(sides_b);
-    Some(if interiors_meet { Relation::Cross } else { Relation::Touch })
+    Ok(Some(if interiors_meet { Relation::Cross } else { Relation::Touch }))
 }
 
 fn straddles(sides: [Sign; 3]) -> bool {
@@ -99,7 +117,7 @@ fn apex(sides: [Sign; 3]) -> (usize, bool) {
 }
 
 /// The corners from the apex on, in their own order or in the opposite one.
-fn from_apex(triangle: &[DVec3; 3], apex: usize, own_order: bool) -> [DVec3; 3] {
+fn from_apex<P: Copy>(triangle: &[P; 3], apex: usize, own_order: bool) -> [P; 3] {
     let (next, last) = (triangle[(apex + 1) % 3], triangle[(apex + 2) % 3]);
     if own_order { [triangle[apex], next, last] } else { [triangle[apex], last, next] }
 }

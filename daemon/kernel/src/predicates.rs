@@ -1,15 +1,23 @@
 //! Signs of determinants: on which side of a plane, or of a line in a plane, a point lies.
 //!
-//! Each sign is exact. A floating-point filter decides almost every one. What it cannot decide is mostly an exact zero, of
-//! points on each other, in a plane along the axes, or on a grid: those are told by looking at the coordinates, where plain
-//! f64 makes no rounding at all. The adaptive predicates of the `robust` crate (Shewchuk, "Adaptive Precision Floating-Point
-//! Arithmetic and Fast Robust Geometric Predicates", DCG 1997) decide the rest while nothing can overflow or underflow in
-//! them; integers of any length decide what is left.
+//! Each sign is exact. Of a pair of triangles, a floating-point filter decides almost every one. Where it doubts one sign,
+//! the pair begins anew in integers of fixed length, for corners that lie on a common grid of 61 bits an axis: nearly all do,
+//! wherever they are, since an f64 has 53 bits. What is left is decided sign by sign. There the exact zeros of points on each
+//! other, in a plane along the axes, or on a small grid are told by looking at the coordinates. The adaptive predicates of the
+//! `robust` crate (Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", DCG 1997)
+//! decide the rest while nothing can overflow or underflow in them; integers of any length decide what remains.
 
 mod adaptive;
 mod any_range;
+mod filter;
+mod fixed_point;
+mod stage;
 
-use glam::{DVec2, DVec3, Vec3Swizzles};
+use glam::{DVec2, DVec3};
+
+pub use filter::{Filter, Plane, TooClose};
+pub(crate) use fixed_point::{FixedPoint, on_common_grid};
+pub use stage::Stage;
 
 /// −1, 0 or +1.
 pub type Sign = i32;
@@ -26,6 +34,11 @@ pub fn is_tame<'a>(positions: impl IntoIterator<Item = &'a DVec3>) -> bool {
 pub trait Arithmetic: Copy {
     /// A plane through three points, ready for many questions.
     type Plane;
+    /// The stage that tests a pair of triangles first.
+    type First: Stage<Point = DVec3>;
+
+    /// See [`First`](Self::First).
+    fn first(self) -> Self::First;
 
     /// The sign of `(p − o) · ((a − o) × (b − o))`: positive where `p` sees `o, a, b` run counterclockwise.
     fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign;
@@ -48,23 +61,13 @@ pub struct Tame;
 #[derive(Debug, Clone, Copy)]
 pub struct AnyRange;
 
-/// Three points, and their plane as far as f64 gives it.
-#[derive(Debug, Clone, Copy)]
-pub struct Plane {
-    points: [DVec3; 3],
-    normal: DVec3,
-    /// Sum of the magnitudes of the products that make up `normal`.
-    magnitude: DVec3,
-}
-
-/// (7 + 56·2^-53)·2^-53: Shewchuk's bound A for a 3×3 determinant of differences.
-const ORIENT3D_BOUND: f64 = (7.0 + 56.0 * (f64::EPSILON / 2.0)) * (f64::EPSILON / 2.0);
-/// (3 + 16·2^-53)·2^-53: Shewchuk's bound A for a 2×2 determinant of differences.
-const ORIENT2D_BOUND: f64 = (3.0 + 16.0 * (f64::EPSILON / 2.0)) * (f64::EPSILON / 2.0);
-/// 2^-700. A product may lose 2^-1075 to underflow and then be multiplied by a tame difference, below 2^301.
-const UNDERFLOW_SLACK: f64 = f64::from_bits((1023 - 700) << 52);
 impl Arithmetic for Tame {
     type Plane = Plane;
+    type First = Filter;
+
+    fn first(self) -> Filter {
+        Filter
+    }
 
     #[inline]
     fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign {
@@ -73,36 +76,32 @@ impl Arithmetic for Tame {
 
     #[inline]
     fn orient2d(self, o: DVec2, a: DVec2, p: DVec2) -> Sign {
-        let (u, v) = (a - o, p - o);
-        let (left, right) = (u.x * v.y, u.y * v.x);
-        let determinant = left - right;
-        if determinant.abs() > ORIENT2D_BOUND * (left.abs() + right.abs()) + UNDERFLOW_SLACK {
-            return if determinant > 0.0 { 1 } else { -1 };
-        }
-        adaptive::orient2d([o, a, p], determinant)
+        let estimate = filter::orient2d([o, a, p]);
+        if estimate.is_certain() { estimate.sign() } else { adaptive::orient2d([o, a, p], estimate.determinant) }
     }
 
     #[inline]
-    fn plane(self, &[o, a, b]: &[DVec3; 3]) -> Plane {
-        let (u, v) = (a - o, b - o);
-        let (left, right) = (u.yzx() * v.zxy(), u.zxy() * v.yzx());
-        Plane { points: [o, a, b], normal: left - right, magnitude: left.abs() + right.abs() }
+    fn plane(self, points: &[DVec3; 3]) -> Plane {
+        Plane::through(points)
     }
 
     #[inline]
     fn side(self, plane: &Plane, p: DVec3) -> Sign {
-        let w = p - plane.points[0];
-        let determinant = plane.normal.dot(w);
-        let permanent = plane.magnitude.dot(w.abs());
-        if determinant.abs() > ORIENT3D_BOUND * permanent + UNDERFLOW_SLACK {
-            return if determinant > 0.0 { 1 } else { -1 };
+        let estimate = plane.orient3d(p);
+        if estimate.is_certain() {
+            return estimate.sign();
         }
-        adaptive::orient3d(plane.points, p, determinant, permanent)
+        adaptive::orient3d(plane.points, p, estimate.determinant, estimate.permanent)
     }
 }
 
 impl Arithmetic for AnyRange {
     type Plane = [DVec3; 3];
+    type First = Self;
+
+    fn first(self) -> Self {
+        self
+    }
 
     fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign {
         any_range::orient3d(o, a, b, p)
