@@ -70,6 +70,7 @@ fn one_side(sides: [Sign; 3]) -> bool {
 }
 
 /// Two triangles with area whose planes meet in a line, each reaching the other's plane.
+// Not inlined: random pairs took a third longer when this and `interference` were forced into their callers.
 #[inline(never)]
 fn intervals<S: Stage>(
     stage: S,

@@ -103,7 +103,7 @@ impl Stage for Filter {
         Plane::through(corners)
     }
 
-    /// All three are asked about at once: one branch for their doubts.
+    /// All three are asked about at once: one branch for their doubts. Random pairs took a seventh longer with a call here.
     #[inline(always)]
     fn sides_of(self, plane: &Plane, corners: &[DVec3; 3]) -> Result<[Sign; 3], TooClose> {
         let estimates = corners.map(|corner| plane.orient3d(corner));

@@ -33,7 +33,7 @@ pub trait Stage: Copy {
     fn side_of(self, plane: &Self::Plane, corner: Self::Point) -> Result<Sign, Self::Doubt>;
 
     /// [`side_of`](Self::side_of) for three corners.
-    #[inline]
+    #[inline(always)]
     fn sides_of(self, plane: &Self::Plane, &[p, q, r]: &[Self::Point; 3]) -> Result<[Sign; 3], Self::Doubt> {
         Ok([self.side_of(plane, p)?, self.side_of(plane, q)?, self.side_of(plane, r)?])
     }
