@@ -68,8 +68,8 @@ fn inputs() -> Vec<(String, Vec<Pair>)> {
     inputs
 }
 
-/// Beside the same plane by 1e-15, with x of very different magnitudes: four pairs of five have one with bits below the
-/// grid of fixed length.
+/// Beside the same plane by 1e-15, with x of very different magnitudes: two pairs of three have a coordinate with bits
+/// below the grid of fixed length.
 fn off_grid(random: &mut Random) -> [f64; 3] {
     let [x, y, noise] = cube(random);
     let x = x.powi(4);
