@@ -10,12 +10,14 @@ use super::source::Source;
 
 const PAIR_BYTES: usize = 24;
 const POLYGON_PAIR_BYTES: usize = 12;
+/// The last code of verdicts, levels, relations and containments, as `docs/protocol.md` has them.
+const LAST_CODES: [u8; 4] = [2, 3, 3, 8];
 
 /// The record of a pair of bodies, read byte by byte.
 struct PairBytes {
     bodies: [u32; 2],
-    /// Of verdict, level and relation.
-    codes: [u8; 3],
+    /// Of verdict, level, relation and containment.
+    codes: [u8; 4],
     first: u64,
     count: u64,
 }
@@ -79,8 +81,7 @@ fn pairs(header: &ReportHeader, bytes: &[u8]) -> Option<Vec<PairBytes>> {
     let polygon_pairs = u64::from(header.sections[SECTION_POLYGON_PAIRS].count);
     let pairs: Vec<PairBytes> = records.chunks_exact(PAIR_BYTES).map(PairBytes::read).collect();
     let is_sound = |pair: &PairBytes| {
-        let [verdict, level, relation] = pair.codes;
-        verdict <= 2 && level <= 3 && relation <= 3 && pair.first + pair.count <= polygon_pairs
+        pair.codes.iter().zip(LAST_CODES).all(|(code, last)| *code <= last) && pair.first + pair.count <= polygon_pairs
     };
     pairs.iter().all(is_sound).then_some(pairs)
 }
@@ -90,7 +91,7 @@ impl PairBytes {
         let number = |at| u32_at(record, at);
         PairBytes {
             bodies: [number(0), number(4)],
-            codes: [record[8], record[9], record[10]],
+            codes: [record[8], record[9], record[10], record[11]],
             first: number(12).into(),
             count: number(16).into(),
         }
@@ -105,7 +106,7 @@ fn records_are_right(records: Records<'_>, expected: &[PairBytes], header: &Repo
     assert_eq!(records.pairs().len(), expected.len());
     let polygon_pairs = section(header, bytes, SECTION_POLYGON_PAIRS, POLYGON_PAIR_BYTES).expect("it is sound");
     for (pair, expected) in records.pairs().zip(expected) {
-        let codes = [pair.verdict() as u8, pair.level() as u8, pair.relation() as u8];
+        let codes = [pair.verdict() as u8, pair.level() as u8, pair.relation() as u8, pair.containment() as u8];
         assert_eq!(([pair.a().0, pair.b().0], codes), (expected.bodies, expected.codes));
         let range = expected.first as usize..(expected.first + expected.count) as usize;
         let expected = range.map(|index| polygon_pair(&polygon_pairs[index * POLYGON_PAIR_BYTES..]));

@@ -21,10 +21,10 @@ const MAX_TRANSFORMS: usize = 6;
 const BODIES: [u32; 3] = [0, 2, 3];
 const REMOVED: BodyId = BodyId(1);
 
-/// A tetrahedron; one of its faces has four corners, three of them in a line.
+/// A tetrahedron, closed; two of its faces have four corners, three of them in a line.
 static OBJECT: LazyLock<Arc<Object>> = LazyLock::new(|| {
     let vertices = vec![[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0]];
-    let polygons: [&[u32]; 4] = [&[0, 2, 1], &[0, 4, 1, 3], &[1, 2, 3], &[2, 0, 3]];
+    let polygons: [&[u32]; 4] = [&[0, 2, 1, 4], &[0, 4, 1, 3], &[1, 2, 3], &[2, 0, 3]];
     let mesh = PolygonMesh::from_polygons(vertices, polygons.map(Vec::from));
     Arc::new(Object::build(mesh, Some(3), &()).expect("the object is valid"))
 });
@@ -55,7 +55,7 @@ pub fn step_payloads(bytes: &[u8]) {
 }
 
 fn scene() -> Scene {
-    let mut scene = Scene::new(Effects::POLYGON_PAIRS);
+    let mut scene = Scene::new(Effects::POLYGON_PAIRS.union(Effects::CONTAINMENT));
     for _ in 0..=BODIES.len() {
         scene.add_body(Arc::clone(&OBJECT), None);
     }
