@@ -1,6 +1,8 @@
 //! What the tests of `collided` share: an exact oracle, the hard cases, and processes to test with.
 
 pub mod crowd;
+pub mod contact_pairs;
+pub mod solids;
 pub mod client_process;
 pub mod daemon_process;
 pub mod derived_meshes;

@@ -1,5 +1,6 @@
 //! Stage 9: the effects a scene may ask for, and the results ordered for the report.
 
+pub mod contacts;
 pub mod containment;
 
 use rayon::prelude::*;

@@ -8,7 +8,7 @@
 //! decide the rest while nothing can overflow or underflow in them; integers of any length decide what remains.
 
 mod adaptive;
-mod any_range;
+pub(crate) mod any_range;
 mod filter;
 mod fixed_point;
 mod stage;

@@ -13,6 +13,18 @@ pub struct Point {
     denominator: BigInt,
 }
 
+impl Point {
+    /// The coordinates, each times the denominator.
+    pub fn numerators(&self) -> &Vector {
+        &self.numerators
+    }
+
+    /// Positive.
+    pub fn denominator(&self) -> &BigInt {
+        &self.denominator
+    }
+}
+
 /// The closed half-space of all `x` with `normal · x >= offset`.
 struct HalfSpace {
     normal: Vector,

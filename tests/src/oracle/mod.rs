@@ -5,12 +5,14 @@
 //! points, empty when the triangles are apart. There is no case analysis by signs of orientations: degenerate triangles
 //! (segments, points) are intersections of half-spaces too.
 
+mod common_part;
 mod convex;
 mod integers;
 mod surface;
 mod winding;
 
 pub use collided_protocol::report::Relation;
+pub use common_part::are_corners_of_common_part;
 pub use surface::{Surface, polygon_pairs, strongest, world_vertices};
 pub use winding::winding_number;
 

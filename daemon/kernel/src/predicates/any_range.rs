@@ -6,7 +6,7 @@ use num_bigint::{BigInt, Sign as BigSign};
 use super::Sign;
 
 /// The numbers, all multiplied by one power of two that makes them integers.
-fn integers<const N: usize>(numbers: [f64; N]) -> [BigInt; N] {
+pub(crate) fn integers<const N: usize>(numbers: [f64; N]) -> [BigInt; N] {
     let parts = numbers.map(decode);
     let nonzero = parts.iter().filter(|(mantissa, _)| *mantissa != 0);
     let lowest = nonzero.map(|&(_, exponent)| exponent).min().unwrap_or(0);
