@@ -2,6 +2,7 @@
 
 pub mod contacts;
 pub mod containment;
+pub mod penetration;
 
 use rayon::prelude::*;
 
