@@ -3,6 +3,7 @@
 pub mod contacts;
 pub mod containment;
 pub mod penetration;
+pub mod response;
 
 use rayon::prelude::*;
 

@@ -37,6 +37,9 @@ pub const MAX_TRIALS: u32 = 512;
 /// The most positions that are projected on directions.
 pub const MAX_PROJECTIONS: usize = 1 << 24;
 
+/// The most triangles of a body that directions are taken from; of more, every n-th.
+pub const MAX_FACES: usize = 1 << 16;
+
 /// Directions along which the exact test is tried below the bound of the extents, the most promising first.
 const MAX_RAYS: usize = 24;
 

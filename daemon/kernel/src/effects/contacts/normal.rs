@@ -15,11 +15,11 @@ pub(super) fn of_piece(
     a: &[DVec3; 3],
     b: &[DVec3; 3],
 ) -> DVec3 {
-    let (face_a, face_b) = (face_normal(a), face_normal(b));
-    let outwards = |face: DVec3, mirrored: bool| if mirrored { -face } else { face };
+    let outwards = |triangle: &[DVec3; 3], mirrored: bool| face_normal(triangle) * if mirrored { -1.0 } else { 1.0 };
+    let (face_a, face_b) = (outwards(a, mirrored[0]), outwards(b, mirrored[1]));
     match relation {
-        Relation::Coplanar => outwards(face_a, mirrored[0]),
-        Relation::Cross => unit(outwards(face_a, mirrored[0]) - outwards(face_b, mirrored[1])),
+        Relation::Coplanar => face_a,
+        Relation::Cross => unit(face_a - face_b),
         Relation::Touch => of_touch(meeting, (a, face_a), (b, face_b)),
     }
 }
@@ -29,15 +29,27 @@ fn of_touch(meeting: &Meeting, (a, face_a): (&[DVec3; 3], DVec3), (b, face_b): (
     if let ([end], 2, 2) = (meeting.ends(), on_a, on_b) {
         return of_edges(edge(a, end.on_a), edge(b, end.on_b), a, b);
     }
-    let in_front_of_a = face_a * f64::from(one_side(meeting.sides_b));
-    let behind_b = face_b * -f64::from(one_side(meeting.sides_a));
-    if on_a > on_b && in_front_of_a != DVec3::ZERO {
-        in_front_of_a
-    } else if on_b > on_a && behind_b != DVec3::ZERO {
-        behind_b
+    if on_a > on_b && one_side(meeting.sides_b) {
+        turned_to(b, face_a, a)
+    } else if on_b > on_a && one_side(meeting.sides_a) {
+        -turned_to(a, face_b, b)
     } else {
-        unit(in_front_of_a + behind_b)
+        unit(turned_to(b, face_a, a) - turned_to(a, face_b, b))
     }
+}
+
+/// The face's normal, turned to the side that the other triangle reaches farther on; as it is where the other one lies in its
+/// plane, rounding apart.
+fn turned_to(other: &[DVec3; 3], normal: DVec3, face: &[DVec3; 3]) -> DVec3 {
+    /// A part of the distance that may be rounding.
+    const NOISE: f64 = 1e-9;
+    let (mut behind, mut ahead, mut size) = (0.0f64, 0.0f64, 0.0f64);
+    for corner in other {
+        let away = *corner - face[0];
+        let distance = normal.dot(away);
+        (behind, ahead, size) = (behind.max(-distance), ahead.max(distance), size.max(away.length()));
+    }
+    if behind > ahead && behind > NOISE * size { -normal } else { normal }
 }
 
 /// At right angles to two edges that cross, from where the rest of the one triangle lies to where that of the other does.
@@ -63,13 +75,9 @@ fn longest(edges: [DVec3; 3]) -> DVec3 {
     edges.into_iter().max_by(|u, v| u.abs().max_element().total_cmp(&v.abs().max_element())).unwrap_or(DVec3::ZERO)
 }
 
-/// +1 or −1 where all corners lie on that side or in the plane, but not all in it.
-fn one_side(sides: [Sign; 3]) -> Sign {
-    match (sides.contains(&1), sides.contains(&-1)) {
-        (true, false) => 1,
-        (false, true) => -1,
-        _ => 0,
-    }
+/// Whether no two corners lie on opposite sides of the plane, but not all in it.
+fn one_side(sides: [Sign; 3]) -> bool {
+    sides.contains(&1) != sides.contains(&-1)
 }
 
 fn face_normal(&[o, a, b]: &[DVec3; 3]) -> DVec3 {

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::MAX_PROJECTIONS;
+use super::{MAX_FACES, MAX_PROJECTIONS};
 use crate::affine::{Rows, magnitude, world_vertex};
 use crate::effects::contacts::unit;
 use crate::object::Object;
@@ -125,7 +125,8 @@ impl Outline {
         self.positions.extend(self.used.iter().map(|&vertex| at(vertex)));
         self.normals.clear();
         self.edges.clear();
-        for triangle in object.triangles() {
+        let step = object.triangle_count().div_ceil(MAX_FACES).max(1);
+        for triangle in object.triangles().iter().step_by(step) {
             let [o, a, b] = triangle.map(at);
             let edges = [unit(a - o), unit(b - a), unit(o - b)];
             self.normals.push(unit(edges[0].cross(edges[1])));
