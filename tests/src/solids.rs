@@ -27,7 +27,7 @@ pub fn octahedron(size: f64) -> Arc<Object> {
         [0, 1, 2].map(|axis| {
             if axis != i / 2 {
                 0.0
-            } else if i % 2 == 0 {
+            } else if i.is_multiple_of(2) {
                 size
             } else {
                 -size

@@ -205,6 +205,24 @@ fn the_order_of_the_pairs_and_repetitions_do_not_matter() {
     assert_eq!((contacts.regions(), contacts.segments()), (&regions[..], &segments[..]));
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_first_named_only_turns_the_normals(turn in rotation(), shift in direction()) {
+        let (a, b) = (sphere(1.0, 4), cuboid([0.6, 0.5, 0.7]));
+        let rows = rows(&turn, shift);
+        let (a, b) = ((&*a, &IDENTITY), (&*b, &rows));
+        let (found, swapped) = (contacts(a, b), contacts(b, a));
+        prop_assert_eq!(found.regions().len(), swapped.regions().len());
+        for (segment, other) in found.segments().iter().zip(swapped.segments()) {
+            prop_assert_eq!(segment.ends, other.ends);
+            let sum = DVec3::from(segment.normal) + DVec3::from(other.normal);
+            prop_assert!(sum.length() < 1e-14, "{:?} {:?}", segment, other);
+        }
+    }
+}
+
 #[test]
 fn hard_cases_have_contacts_exactly_when_they_interfere() {
     let mut seen = 0;

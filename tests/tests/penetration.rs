@@ -7,6 +7,7 @@ use collided_kernel::effects::contacts::Contacts;
 use collided_kernel::effects::penetration::{MAX_TRIALS, Penetration, Separation, SurfaceTest, TOLERANCE, translated};
 use collided_kernel::{Object, PolygonMesh, Rows, brute_force};
 use collided_tests::contact_pairs::{Placed, triangle_pairs, world_triangles};
+use collided_tests::hardcases::{Mesh, static_cases};
 use collided_tests::meshes::{build, shipped};
 use collided_tests::solids::{at, cuboid, octahedron, rows, sphere, tetrahedron};
 use collided_tests::transforms::{direction, linear, placed, rotation};
@@ -105,6 +106,33 @@ proptest! {
         let (a, b) = ((&*a, &rows_a), (&*b, &rows_b));
         prop_assert_eq!(SurfaceTest::default().interferes(a, b), touch(a, b));
     }
+}
+
+/// Cases in which numbers are so large or so far apart that no translation of that size can be written down.
+fn may_have_no_way_out((object, rows): Placed<'_>) -> bool {
+    object.triangles().is_empty()
+        || world_triangles((object, rows)).iter().flatten().any(|p| p.abs().max_element() > 1e300)
+}
+
+#[test]
+fn of_hard_cases_it_clears() {
+    let mut seen = 0;
+    for case in static_cases() {
+        let Some(answer) = case.answer() else { continue };
+        let object = |mesh: &Mesh| build(PolygonMesh::from_polygons(mesh.vertices.clone(), &mesh.polygons), None);
+        let (a, b) = (object(&case.a), object(&case.b));
+        let (a, b) = ((&*a, &case.rows_a), (&*b, &case.rows_b));
+        assert_eq!(SurfaceTest::default().interferes(a, b), answer.surface_contact, "{}", case.id);
+        match separate(a, b) {
+            None => assert!(!answer.surface_contact || may_have_no_way_out(a) || may_have_no_way_out(b), "{}", case.id),
+            Some(found) => {
+                let moved = translated(b.1, found.translation_of_b);
+                assert!(answer.surface_contact && !touch(a, (b.0, &moved)), "{}: {found:?}", case.id);
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 100, "{seen}");
 }
 
 fn assert_depth(found: Option<Penetration>, expected: f64) {

@@ -279,6 +279,16 @@ fn mass_properties_of_a_box_are_the_textbook_ones_wherever_it_stands() {
 }
 
 #[test]
+fn a_fine_sphere_has_nearly_the_mass_and_inertia_of_a_ball() {
+    let found = mass_of(&sphere(2.0, 40));
+    let mass = 4.0 / 3.0 * std::f64::consts::PI * 8.0;
+    assert!((found.mass / mass - 1.0).abs() < 0.01, "{found:?}");
+    for axis in 0..3 {
+        assert!((found.inertia[axis][axis] / (0.4 * mass * 4.0) - 1.0).abs() < 0.02, "{found:?}");
+    }
+}
+
+#[test]
 fn a_mesh_closes_where_positions_are_equal() {
     // Every triangle has corners of its own, one of them at −0.
     let solid = cuboid([0.5; 3]);

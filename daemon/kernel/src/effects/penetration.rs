@@ -35,7 +35,7 @@ pub const TOLERANCE: f64 = 1.0 / (1 << 20) as f64;
 pub const MAX_TRIALS: u32 = 512;
 
 /// The most positions that are projected on directions.
-pub const MAX_PROJECTIONS: usize = 1 << 24;
+pub const MAX_PROJECTIONS: usize = 1 << 22;
 
 /// The most triangles of a body that directions are taken from; of more, every n-th.
 pub const MAX_FACES: usize = 1 << 16;
@@ -92,7 +92,8 @@ impl Separation {
                 best = shorter;
             }
         }
-        let translation = best.0 * best.1;
+        // Without −0, which reads like a mistake.
+        let translation = best.0 * best.1 + DVec3::ZERO;
         Some(Penetration { translation_of_b: translation.to_array(), depth: translation.length() })
     }
 }

@@ -7,14 +7,15 @@
 //! # The rule
 //! Bodies that touch, static ones left out, hang together in islands; each is solved by itself, in the order of its pairs.
 //! 1. **Impact**, where some pair of the island has a restitution above 0: the pair that approaches fastest is taken alone (the
-//!    first one of equals) and its contact points collide at once; then again the fastest, until none approaches. So an impulse
-//!    runs through a row of bodies, as in Newton's cradle (the Gauss–Seidel rule of Smith, Kaufman, Vouga, Tamstorf,
-//!    Grinspun 2012, "Reflections on Simultaneous Impact", section 4). The points of a pair follow Moreau's law: the impulses that
-//!    just stop the approach, times 1 + e, which gives each point that was pushed Newton's −e times its speed of approach.
-//!    Then friction, up to μ times the normal impulse.
+//!    first one of equals) and its contact points collide at once; then again the fastest, until none approaches faster than
+//!    [`RESTING`]. So an impulse runs through a row of bodies, as in Newton's cradle (the Gauss–Seidel rule in Smith, Kaufman,
+//!    Vouga, Tamstorf, Grinspun 2012, "Reflections on Simultaneous Impact"). The points of a pair follow Moreau's law: the
+//!    impulses that just stop the approach, times 1 + e, which gives each point that was pushed Newton's −e times its speed
+//!    of approach. Then friction, up to μ times the normal impulse.
 //! 2. **Rest**: what still approaches (all of it, where restitution is 0) is stopped at all points together, with friction, by
 //!    sequential impulses with accumulated clamping (Catto 2005, "Iterative Dynamics with Temporal Coherence"), which is
-//!    projected Gauss–Seidel. Tangential impulses stay in the Coulomb cone: at most μ times the normal impulse in any direction.
+//!    projected Gauss–Seidel, hastened by conjugate directions. Tangential impulses stay in the Coulomb cone: at most μ
+//!    times the normal impulse in any direction.
 //!
 //! Without friction neither raises the kinetic energy, for e up to 1; friction takes energy away. A pair's restitution is the
 //! larger and its friction the geometric mean of the two bodies' (as in Box2D).
@@ -22,7 +23,7 @@
 //! # How exact it is
 //! Iterations end when no impulse of a round changes the velocity of its contact by more than [`TOLERANCE`] of the island's
 //! fastest contact, or after [`MAX_ROUNDS`] rounds; impacts end after [`MAX_IMPACTS`] per pair of the island, and what is left
-//! of them comes to rest. [`Response::was_capped`] says when a cap was reached. Contacts that pull bodies into a jam converge slowest.
+//! of them comes to rest. [`Response::was_capped`] says when a cap was reached; contacts that jam converge slowest.
 
 mod manifold;
 mod mass;
@@ -34,13 +35,16 @@ pub use mass::MassProperties;
 use solver::Solver;
 
 /// Change of a contact's velocity, relative to the fastest contact of the island, that ends the iterations.
-pub const TOLERANCE: f64 = 1e-13;
+pub const TOLERANCE: f64 = 1e-12;
+
+/// Speed of approach, relative to the fastest contact of the island, that no longer bounces.
+pub const RESTING: f64 = 1e-6;
 
 /// The most rounds over the contacts in one solution.
 pub const MAX_ROUNDS: u32 = 4096;
 
 /// The most impacts of an island, per pair of it.
-pub const MAX_IMPACTS: usize = 256;
+pub const MAX_IMPACTS: usize = 64;
 
 /// A body as the response sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]

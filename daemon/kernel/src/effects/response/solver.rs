@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
-use super::{Impulse, MAX_IMPACTS, MAX_ROUNDS, ResponseBody, ResponseError, ResponsePair, TOLERANCE, Velocity};
+use super::{
+    Impulse, MAX_IMPACTS, MAX_ROUNDS, RESTING, ResponseBody, ResponseError, ResponsePair, TOLERANCE, Velocity,
+};
 use crate::affine::world_vertex;
 
 /// A body while it is solved.
@@ -32,8 +34,27 @@ struct Contact {
     friction: f64,
     /// Impulse in the current solution, along the normal and the tangents.
     current: [f64; 3],
+    /// The same before the last round, and the conjugate direction.
+    start: [f64; 3],
+    direction: [f64; 3],
     /// Impulse on the second body so far.
     total: DVec3,
+}
+
+impl Contact {
+    /// What the last round did.
+    fn step(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.current[i] - self.start[i])
+    }
+}
+
+/// What a round goes over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sweep {
+    Normals,
+    /// The normal impulses being what they are.
+    Friction,
+    Both,
 }
 
 /// The contacts of one pair.
@@ -109,6 +130,8 @@ impl Solver {
             mass,
             friction,
             current: [0.0; 3],
+            start: [0.0; 3],
+            direction: [0.0; 3],
             total: DVec3::ZERO,
         };
         mass.iter().all(|mass| mass.is_finite()).then_some(contact)
@@ -155,18 +178,18 @@ impl Solver {
         let fastest = island.iter().map(|&contact| self.speed(contact)).fold(0.0, f64::max);
         let enough = fastest * TOLERANCE;
         if self.order[pairs.clone()].iter().any(|&pair| self.pairs[pair].restitution > 0.0) {
-            self.collide_all(pairs, enough);
+            self.collide_all(pairs, fastest);
         }
         self.forget(island.iter().copied());
-        self.iterate(island.iter().copied(), enough, true);
+        self.iterate(island.iter().copied(), enough, Sweep::Both);
         self.island = island;
     }
 
-    /// Impacts, until none approaches.
-    fn collide_all(&mut self, pairs: Range<usize>, enough: f64) {
+    /// Impacts, until none approaches but slowly.
+    fn collide_all(&mut self, pairs: Range<usize>, fastest: f64) {
         for _ in 0..MAX_IMPACTS * pairs.len() {
-            let Some(pair) = self.fastest_approach(pairs.clone(), enough) else { return };
-            self.collide(pair, enough);
+            let Some(pair) = self.fastest_approach(pairs.clone(), fastest * RESTING) else { return };
+            self.collide(pair, fastest * TOLERANCE);
         }
         self.capped = true;
     }
@@ -176,15 +199,14 @@ impl Solver {
         self.capped
     }
 
-    /// The pair whose contact approaches fastest, and faster than `enough`; the first one of equals.
-    fn fastest_approach(&self, pairs: Range<usize>, enough: f64) -> Option<usize> {
+    /// The pair whose contact approaches fastest, and faster than `slow`; the first one of equals.
+    fn fastest_approach(&self, pairs: Range<usize>, slow: f64) -> Option<usize> {
         let approach = |pair: usize| {
             let contacts = self.pairs[pair].contacts.clone();
             contacts.map(|contact| -self.normal_velocity(contact)).fold(f64::NEG_INFINITY, f64::max)
         };
         let all = self.order[pairs].iter().map(|&pair| (approach(pair), pair));
-        // Several times what the solution of the pair leaves.
-        let fast = all.filter(|(speed, _)| *speed > 8.0 * enough);
+        let fast = all.filter(|(speed, _)| *speed > slow);
         fast.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, pair)| pair)
     }
 
@@ -196,9 +218,10 @@ impl Solver {
         for contact in contacts.clone() {
             self.before.push(self.normal_velocity(contact));
         }
-        self.iterate(contacts.clone(), enough, false);
+        self.iterate(contacts.clone(), enough, Sweep::Normals);
         self.bounce(contacts.clone(), restitution);
-        self.rub(contacts, enough);
+        self.start_directions(contacts.clone());
+        self.iterate(contacts, enough, Sweep::Friction);
     }
 
     /// Adds e times the impulses that stopped the approach; less where that, the solution not being exact, would make energy.
@@ -219,32 +242,51 @@ impl Solver {
         }
     }
 
-    /// Rounds over normals and, if wanted, tangents, until nothing changes.
-    fn iterate(&mut self, contacts: impl Iterator<Item = usize> + Clone, enough: f64, with_friction: bool) {
+    /// Rounds until nothing changes, each from where the last one and a step along the conjugate direction lead (Silcowitz,
+    /// Niebe, Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for interactive contact force problems"). It ends
+    /// with a plain round, so that no contact pulls and none leaves its cone.
+    fn iterate(&mut self, contacts: impl Iterator<Item = usize> + Clone, enough: f64, sweep: Sweep) {
+        let mut last_squares = f64::INFINITY;
         for _ in 0..MAX_ROUNDS {
-            let mut change = 0.0f64;
-            for contact in contacts.clone() {
-                change = change.max(self.press(contact));
-                if with_friction {
-                    change = change.max(self.drag(contact));
-                }
-            }
-            if change <= enough {
+            if self.round(contacts.clone(), sweep) <= enough {
                 return;
             }
+            let steps = contacts.clone().map(|contact| self.contacts[contact].step());
+            let squares: f64 = steps.map(|[x, y, z]| x * x + y * y + z * z).sum();
+            // Growing steps mean that a contact has opened or closed, or begun to slide: begin anew.
+            let weight = if squares <= last_squares { squares / last_squares } else { 0.0 };
+            last_squares = squares;
+            contacts.clone().for_each(|contact| self.go_on(contact, weight));
         }
+        self.round(contacts, sweep);
         self.capped = true;
     }
 
-    /// Friction alone, the normal impulses being what they are.
-    fn rub(&mut self, contacts: impl Iterator<Item = usize> + Clone, enough: f64) {
-        for _ in 0..MAX_ROUNDS {
-            let change = contacts.clone().map(|contact| self.drag(contact)).fold(0.0, f64::max);
-            if change <= enough {
-                return;
+    /// One round; says by how much the velocity of a contact changed at most.
+    fn round(&mut self, contacts: impl Iterator<Item = usize> + Clone, sweep: Sweep) -> f64 {
+        contacts.clone().for_each(|contact| self.contacts[contact].start = self.contacts[contact].current);
+        let mut change = 0.0f64;
+        for contact in contacts {
+            if sweep != Sweep::Friction {
+                change = change.max(self.press(contact));
+            }
+            if sweep != Sweep::Normals {
+                change = change.max(self.drag(contact));
             }
         }
-        self.capped = true;
+        change
+    }
+
+    /// A step along the conjugate direction, which then turns to where the last round went.
+    fn go_on(&mut self, number: usize, weight: f64) {
+        let contact = &mut self.contacts[number];
+        let step = contact.step();
+        let along = contact.direction.map(|direction| direction * weight);
+        contact.direction = [0, 1, 2].map(|i| along[i] + step[i]);
+        contact.current = [0, 1, 2].map(|i| contact.current[i] + along[i]);
+        let [u, v] = contact.tangents;
+        let impulse = contact.normal * along[0] + u * along[1] + v * along[2];
+        self.push(number, impulse);
     }
 
     /// Stops the approach of one contact; says by how much its velocity changed.
@@ -284,8 +326,13 @@ impl Solver {
         }
     }
 
-    fn forget(&mut self, contacts: impl Iterator<Item = usize>) {
-        contacts.for_each(|contact| self.contacts[contact].current = [0.0; 3]);
+    fn forget(&mut self, contacts: impl Iterator<Item = usize> + Clone) {
+        contacts.clone().for_each(|contact| self.contacts[contact].current = [0.0; 3]);
+        self.start_directions(contacts);
+    }
+
+    fn start_directions(&mut self, contacts: impl Iterator<Item = usize>) {
+        contacts.for_each(|contact| self.contacts[contact].direction = [0.0; 3]);
     }
 
     /// Of the second body as seen from the first one.
