@@ -310,6 +310,9 @@ fn open_empty_and_flat_meshes_have_no_density() {
         assert_eq!(MassProperties::of_closed_mesh(&build(mesh, None), 1.0), Err(ResponseError::NoVolume));
     }
     let solid = cuboid([0.5; 3]);
+    let faces = solid.triangles().iter().enumerate().map(|(i, &[p, q, r])| if i == 4 { [p, r, q] } else { [p, q, r] });
+    let turned = build(PolygonMesh::from_polygons(solid.vertices().to_vec(), faces), None);
+    assert_eq!(MassProperties::of_closed_mesh(&turned, 1.0), Err(ResponseError::InconsistentMesh { edges: 3 }));
     for density in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = MassProperties::of_closed_mesh(&solid, density).expect_err("not a density");
         assert!(matches!(error, ResponseError::Density { .. }), "{error}");

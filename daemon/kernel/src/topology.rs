@@ -110,14 +110,14 @@ fn parts(vertex_count: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
     roots
 }
 
-/// The smaller root stays, so that parts are named by their first vertex.
-fn join(parent: &mut [u32], a: u32, b: u32) {
+/// Joins two sets in a forest of parents. The smaller root stays, so that parts are named by their first vertex.
+pub(crate) fn join(parent: &mut [u32], a: u32, b: u32) {
     let (a, b) = (root(parent, a), root(parent, b));
     parent[a.max(b) as usize] = a.min(b);
 }
 
-/// Halves the path on its way (Tarjan and van Leeuwen, "Worst-case Analysis of Set Union Algorithms", JACM 1984).
-fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
+/// The root of a set in a forest of parents. Halves the path on its way (Tarjan and van Leeuwen, "Worst-case Analysis of Set Union Algorithms", JACM 1984).
+pub(crate) fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
     while parent[vertex as usize] != vertex {
         parent[vertex as usize] = parent[parent[vertex as usize] as usize];
         vertex = parent[vertex as usize];

@@ -74,6 +74,20 @@ impl Separation {
     /// first one: surfaces and, for closed bodies, insides. `contact_normals` are those of the contact regions, or none.
     ///
     /// `None` when the pair is clear as it is, when a body is empty, or when no translation clears before numbers overflow.
+    ///
+    /// ```
+    /// use collided_kernel::affine::IDENTITY;
+    /// use collided_kernel::effects::penetration::{Separation, SurfaceTest};
+    /// use collided_kernel::{Object, PolygonMesh};
+    ///
+    /// let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let object = Object::build(PolygonMesh::from_polygons(corners, [[0, 1, 2]]), None, &()).expect("a good mesh");
+    /// let placed = (&object, &IDENTITY);
+    /// let mut surfaces = SurfaceTest::default();
+    /// let mut is_clear = |rows: &_| !surfaces.interferes(placed, (&object, rows));
+    /// let found = Separation::default().find(placed, placed, &[], &mut is_clear).expect("it lies on itself");
+    /// assert!(found.depth < 1e-14);
+    /// ```
     pub fn find(
         &mut self,
         a: (&Object, &Rows),

@@ -148,11 +148,17 @@ pub enum ResponseError {
         density: f64,
     },
     /// The mesh does not enclose a volume.
-    #[error(
-        "the mesh is open or not consistently oriented at {edges} edges; close it, or give mass, centre and inertia instead of a density"
-    )]
+    #[error("the mesh is open at {edges} edges; close it, or give mass, centre and inertia instead of a density")]
     OpenMesh {
-        /// Edges that are not run through as often one way as the other.
+        /// Edges of an odd number of triangles.
+        edges: usize,
+    },
+    /// The faces of the mesh run different ways around.
+    #[error(
+        "the faces of the mesh disagree at {edges} edges about which side is out; turn them, or give mass, centre and inertia instead of a density"
+    )]
+    InconsistentMesh {
+        /// Edges along which neighbours disagree.
         edges: usize,
     },
     /// The mesh is closed around nothing.
@@ -176,6 +182,24 @@ impl Response {
     ///
     /// # Panics
     /// When a pair names a body that is not there.
+    ///
+    /// ```
+    /// use collided_kernel::affine::IDENTITY;
+    /// use collided_kernel::effects::response::{
+    ///     ManifoldPoint, MassProperties, Response, ResponseBody, ResponsePair, Velocity,
+    /// };
+    ///
+    /// let inertia = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let velocity = Velocity { linear: [2.0, 0.0, 0.0], ..Velocity::default() };
+    /// let mass = MassProperties { mass: 1.0, centre: [0.0; 3], inertia };
+    /// let ball = ResponseBody { mass, restitution: 1.0, friction: 0.0, rows: IDENTITY, velocity };
+    /// let wall = ResponseBody { mass: MassProperties::STATIC, velocity: Velocity::default(), ..ball };
+    /// let touch = [ManifoldPoint { position: [0.5, 0.0, 0.0], normal: [1.0, 0.0, 0.0] }];
+    /// let mut response = Response::default();
+    /// response.solve(&[ball, wall], &[ResponsePair { a: 0, b: 1, manifold: &touch }])?;
+    /// assert_eq!(response.velocities()[0].linear, [-2.0, 0.0, 0.0]);
+    /// # Ok::<(), collided_kernel::effects::response::ResponseError>(())
+    /// ```
     pub fn solve(&mut self, bodies: &[ResponseBody], pairs: &[ResponsePair<'_>]) -> Result<(), ResponseError> {
         self.velocities.clear();
         self.impulses.clear();

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::meeting::Meeting;
 use super::normal::unit;
 use super::{ContactArea, ContactPoint, ContactRegion, ContactSegment, Contacts};
+use crate::topology::{join, root};
 
 /// A place that pieces end at: its number in the order of positions.
 type Place = u32;
@@ -129,9 +130,7 @@ impl Pieces {
         self.parents.clear();
         self.parents.extend(0..self.places.len() as u32);
         for [p, q] in self.segments.iter().map(|segment| segment.ends).chain(self.sides.iter().copied()) {
-            let (p, q) = (root(&mut self.parents, p), root(&mut self.parents, q));
-            // The lowest place becomes the root.
-            self.parents[p.max(q) as usize] = p.min(q);
+            join(&mut self.parents, p, q);
         }
     }
 
@@ -185,15 +184,6 @@ fn merge_equal<const N: usize>(pieces: &mut Vec<Piece<N>>) {
         same
     });
     pieces.iter_mut().for_each(|piece| piece.normal = unit(piece.normal));
-}
-
-/// The root of a place; halves the path to it on the way (Tarjan and van Leeuwen 1984).
-fn root(parents: &mut [Place], mut place: Place) -> Place {
-    while parents[place as usize] != place {
-        parents[place as usize] = parents[parents[place as usize] as usize];
-        place = parents[place as usize];
-    }
-    place
 }
 
 /// What the pieces of one kind add up to.

@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use super::ResponseError;
 use crate::affine::Rows;
 use crate::object::Object;
+use crate::topology::Closure;
 
 /// Mass properties in the object's frame.
 ///
@@ -39,9 +40,10 @@ impl MassProperties {
         if !(density > 0.0 && density.is_finite()) {
             return Err(ResponseError::Density { density });
         }
-        match unpaired_edges(object) {
-            0 => {}
-            edges => return Err(ResponseError::OpenMesh { edges }),
+        match object.topology().closure() {
+            Closure::Closed => {}
+            Closure::Open { edges } => return Err(ResponseError::OpenMesh { edges }),
+            Closure::Inconsistent { edges } => return Err(ResponseError::InconsistentMesh { edges }),
         }
         let integrals = Integrals::over(object);
         if integrals.volume.abs() <= NOTHING * integrals.magnitude || !integrals.volume.is_finite() {
@@ -107,34 +109,6 @@ impl Integrals {
         }
         sums
     }
-}
-
-/// Edges that triangles do not run through as often one way as the other, vertices at equal positions being one.
-fn unpaired_edges(object: &Object) -> usize {
-    // −0 and +0 are equal.
-    let position = |vertex: u32| object.vertices()[vertex as usize].map(|x| x + 0.0);
-    let mut corners: Vec<u32> = object.triangles().iter().flatten().copied().collect();
-    corners.sort_unstable_by(|&p, &q| {
-        let coordinates = position(p).into_iter().zip(position(q));
-        coordinates.fold(std::cmp::Ordering::Equal, |order, (x, y)| order.then(x.total_cmp(&y)))
-    });
-    let mut welded = vec![0u32; object.vertex_count()];
-    for ends in corners.windows(2) {
-        let is_same = position(ends[0]) == position(ends[1]);
-        welded[ends[1] as usize] = welded[ends[0] as usize] + u32::from(!is_same);
-    }
-    let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(3 * object.triangle_count());
-    for triangle in object.triangles() {
-        let corners = triangle.map(|vertex| welded[vertex as usize]);
-        for (p, q) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])) {
-            if p != q {
-                edges.push((p.min(q), p.max(q), if p < q { 1 } else { -1 }));
-            }
-        }
-    }
-    edges.sort_unstable();
-    let same_edge = edges.chunk_by(|edge, other| (edge.0, edge.1) == (other.0, other.1));
-    same_edge.filter(|edge| edge.iter().map(|(_, _, way)| way).sum::<i32>() != 0).count()
 }
 
 fn outer(u: DVec3, v: DVec3) -> DMat3 {

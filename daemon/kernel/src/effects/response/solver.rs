@@ -8,6 +8,7 @@ use super::{
     Impulse, MAX_IMPACTS, MAX_ROUNDS, RESTING, ResponseBody, ResponseError, ResponsePair, TOLERANCE, Velocity,
 };
 use crate::affine::world_vertex;
+use crate::topology::{join, root};
 
 /// A body while it is solved.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +64,7 @@ struct Pair {
     contacts: Range<usize>,
     bodies: [usize; 2],
     restitution: f64,
-    island: usize,
+    island: u32,
 }
 
 /// Memory of the solver.
@@ -72,7 +73,7 @@ pub(super) struct Solver {
     movers: Vec<Mover>,
     contacts: Vec<Contact>,
     pairs: Vec<Pair>,
-    parents: Vec<usize>,
+    parents: Vec<u32>,
     /// Numbers of the pairs, those of one island side by side.
     order: Vec<usize>,
     /// Numbers of the contacts of one island.
@@ -140,19 +141,18 @@ impl Solver {
     /// Bodies that move and touch share an island; a static body is in none.
     fn find_islands(&mut self) {
         self.parents.clear();
-        self.parents.extend(0..self.movers.len());
+        self.parents.extend(0..self.movers.len() as u32);
         for pair in &self.pairs {
             let [a, b] = pair.bodies;
             let can_move = |body: usize| self.movers[body].inverse_mass > 0.0;
             if can_move(a) && can_move(b) && !pair.contacts.is_empty() {
-                let (a, b) = (root(&mut self.parents, a), root(&mut self.parents, b));
-                self.parents[a.max(b)] = a.min(b);
+                join(&mut self.parents, a as u32, b as u32);
             }
         }
         for pair in &mut self.pairs {
             let [a, b] = pair.bodies;
             let moving = if self.movers[a].inverse_mass > 0.0 { a } else { b };
-            pair.island = root(&mut self.parents, moving);
+            pair.island = root(&mut self.parents, moving as u32);
         }
         self.order.clear();
         self.order.extend((0..self.pairs.len()).filter(|&pair| !self.pairs[pair].contacts.is_empty()));
@@ -405,13 +405,4 @@ fn mover(number: usize, body: &ResponseBody) -> Result<Mover, ResponseError> {
     let inverse = mass.inverse(rows).filter(|(_, inverse_inertia)| inverse_inertia.is_finite());
     let (inverse_mass, inverse_inertia) = inverse.ok_or(ResponseError::Inertia { body: number })?;
     Ok(Mover { inverse_mass, inverse_inertia, centre, linear, angular })
-}
-
-/// The root of a body in the forest of islands.
-fn root(parents: &mut [usize], mut body: usize) -> usize {
-    while parents[body] != body {
-        parents[body] = parents[parents[body]];
-        body = parents[body];
-    }
-    body
 }
