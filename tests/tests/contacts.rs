@@ -205,6 +205,48 @@ fn the_order_of_the_pairs_and_repetitions_do_not_matter() {
     assert_eq!((contacts.regions(), contacts.segments()), (&regions[..], &segments[..]));
 }
 
+/// The area that a square of the given half side about the origin has in common with a convex polygon in the plane.
+fn area_in_square(polygon: Vec<[f64; 2]>, half: f64) -> f64 {
+    let mut rest = polygon;
+    for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+        let depth = |p: &[f64; 2]| half - sign * p[axis];
+        let mut kept = Vec::new();
+        for (i, p) in rest.iter().enumerate() {
+            let q = &rest[(i + 1) % rest.len()];
+            let (at_p, at_q) = (depth(p), depth(q));
+            if at_p >= 0.0 {
+                kept.push(*p);
+            }
+            if at_p * at_q < 0.0 {
+                let part = at_p / (at_p - at_q);
+                kept.push([0, 1].map(|axis| p[axis] + part * (q[axis] - p[axis])));
+            }
+        }
+        rest = kept;
+    }
+    let next = |i: usize| rest[(i + 1) % rest.len()];
+    let twice: f64 = rest.iter().enumerate().map(|(i, p)| p[0] * next(i)[1] - p[1] * next(i)[0]).sum();
+    twice.abs() / 2.0
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn turned_cubes_on_each_other_have_their_true_area(angle in 0.0..1.6, x in -0.9..0.9, y in -0.9..0.9) {
+        let (sin, cos) = f64::sin_cos(angle);
+        let cube = cuboid([0.5; 3]);
+        let above = [[cos, -sin, 0.0, x], [sin, cos, 0.0, y], [0.0, 0.0, 1.0, 1.0]];
+        let found = contacts((&cube, &IDENTITY), (&cube, &above));
+        let corner = |u: f64, v: f64| [cos * u - sin * v + x, sin * u + cos * v + y];
+        let base = vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)];
+        let expected = area_in_square(base, 0.5);
+        let area: f64 = found.regions().iter().map(|region| region.area).sum();
+        prop_assert!((area - expected).abs() < 1e-14, "{} and not {}", area, expected);
+        prop_assert!(expected == 0.0 || one_region(&found).normal == [0.0, 0.0, 1.0]);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 

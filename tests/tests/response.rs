@@ -197,8 +197,11 @@ fn a_stack_of_blocks_stays_at_rest_under_gravity() {
     }
 }
 
+/// Two bodies by number, and where they touch.
+type Touching = (usize, usize, Vec<ManifoldPoint>);
+
 /// Bodies of any mass and turn, and contacts at any places between them.
-fn heap() -> impl Strategy<Value = (Vec<ResponseBody>, Vec<(usize, usize, Vec<ManifoldPoint>)>)> {
+fn heap() -> impl Strategy<Value = (Vec<ResponseBody>, Vec<Touching>)> {
     let any_body = (rotation(), direction(), direction(), direction(), 0.1..10.0, 0..3usize).prop_map(
         |(turn, stand, linear, angular, density, kind)| {
             let solid = [cuboid([0.5, 0.7, 0.9]), tetrahedron(0.8), octahedron(1.0)];

@@ -116,7 +116,8 @@ pub(crate) fn join(parent: &mut [u32], a: u32, b: u32) {
     parent[a.max(b) as usize] = a.min(b);
 }
 
-/// The root of a set in a forest of parents. Halves the path on its way (Tarjan and van Leeuwen, "Worst-case Analysis of Set Union Algorithms", JACM 1984).
+/// The root of a set in a forest of parents. Halves the path on its way (Tarjan and van Leeuwen, "Worst-case Analysis of
+/// Set Union Algorithms", JACM 1984).
 pub(crate) fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
     while parent[vertex as usize] != vertex {
         parent[vertex as usize] = parent[parent[vertex as usize] as usize];

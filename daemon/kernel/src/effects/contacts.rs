@@ -22,10 +22,10 @@
 //! * Area: the face normal of `a`'s triangle, as its corners run in the object (outwards in a consistently oriented mesh, also
 //!   where the transform is a mirror).
 //! * Crossing triangles: the middle between the face normals of `a` and, reversed, `b`.
-//! * Touching triangles: the face normal of the body whose feature has more dimensions (a face before an edge, an edge before
-//!   a corner), where the other triangle lies on one side of it; for two edges that cross, their cross product; else, for
-//!   equals, the middle between both face normals. All are turned so that `b`'s triangle lies in front of `a`'s face, `a`'s behind
-//!   `b`'s; where it lies in the plane, rounding apart, the face's outside is its front.
+//! * Touching triangles: the face normal of the body whose feature has more dimensions (a face before an edge, an edge
+//!   before a corner), where the other triangle lies on one side of it; for two edges that cross, their cross product;
+//!   else, for equals, the middle between both face normals. All are turned so that `b`'s triangle lies in front of `a`'s
+//!   face, `a`'s behind `b`'s; where it lies in the plane, rounding apart, the face's outside is its front.
 //! * A piece found from several pairs of triangles: the middle of what they give.
 //! * A region: the average over its areas by area, or else its segments by length, or else its points.
 

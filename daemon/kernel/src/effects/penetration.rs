@@ -10,13 +10,13 @@
 //! Two convex bodies are apart after the shortest translation along a face normal of either, or along a cross product of
 //! their edges: their Minkowski difference is a convex polyhedron with just these normals, and the shortest way out of it is
 //! at right angles to a face (Cameron and Culley 1986, "Determining the minimum translational distance between two convex
-//! polyhedra", ICRA). Where all of these directions are looked at, that is where
-//! their number times the number of vertices is at most [`MAX_PROJECTIONS`], the depth of a convex pair exceeds the optimum
-//! by no more than [`TOLERANCE`] of it and what rounding moves the vertices by (a few times 2^-50 of their magnitude). With more faces,
-//! every n-th is looked at: then the depth is that of the best of these. For bodies that are not convex there is no bound: a
-//! pair may be clear nearer by than where it was looked, since it can become clear and interfere again on the way.
+//! polyhedra", ICRA). Where all of these directions are looked at, that is where their number times the number of vertices
+//! is at most [`MAX_PROJECTIONS`], the depth of a convex pair exceeds the optimum by no more than [`TOLERANCE`] of it and
+//! what rounding moves the vertices by (a few times 2^-50 of their magnitude). With more faces, every n-th is looked at:
+//! then the depth is that of the best of these. For bodies that are not convex there is no bound: a pair may be clear
+//! nearer by than where it was looked, since it can become clear and interfere again on the way.
 //!
-//! The work is capped: at most [`MAX_TRIALS`] exact tests after the first that clears.
+//! The work is capped: at most [`MAX_TRIALS`] exact tests after the first that clears, which is mostly the first one tried.
 
 mod directions;
 mod surface_test;
@@ -70,8 +70,9 @@ pub struct Separation {
 }
 
 impl Separation {
-    /// The shortest translation found after which `is_clear` says that the second body, at the rows it is given, is clear of the
-    /// first one: surfaces and, for closed bodies, insides. `contact_normals` are those of the contact regions, or none.
+    /// The shortest translation found after which `is_clear` says that the second body, at the rows it is given, is clear
+    /// of the first one: surfaces and, for closed bodies, insides. `contact_normals` are those of the contact regions, or
+    /// none.
     ///
     /// `None` when the pair is clear as it is, when a body is empty, or when no translation clears before numbers overflow.
     ///
@@ -100,7 +101,8 @@ impl Separation {
         }
         let candidates = self.directions.candidates(a, b, contact_normals);
         let mut trials = Trials { b, is_clear, left: MAX_TRIALS };
-        let mut best = candidates.by_extents().find_map(|candidate| trials.beyond(candidate, candidates.noise))?;
+        let mut by_extents = candidates.by_extents().take(MAX_RAYS);
+        let mut best = by_extents.find_map(|candidate| trials.beyond(candidate, candidates.noise))?;
         for candidate in candidates.promising().take(MAX_RAYS) {
             if let Some(shorter) = trials.along(candidate.direction, best.1, candidates.noise) {
                 best = shorter;

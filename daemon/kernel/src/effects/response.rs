@@ -216,8 +216,8 @@ impl Response {
         &self.velocities
     }
 
-    /// Whether a cap on rounds or impacts ended the solution: momentum is conserved all the same, but bodies may still approach,
-    /// or slide where they should stick.
+    /// Whether a cap on rounds or impacts ended the solution: momentum is conserved all the same, but bodies may still
+    /// approach, or slide where they should stick.
     pub fn was_capped(&self) -> bool {
         self.solver.was_capped()
     }

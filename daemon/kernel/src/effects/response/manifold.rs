@@ -8,9 +8,9 @@ use crate::effects::contacts::{ContactRegion, Contacts};
 /// Directions in the contact plane whose farthest points are taken.
 const DIRECTIONS: usize = 8;
 
-/// Appends the extreme points of a region, each with the region's normal: of an area the corners of its outline (the farthest in
-/// eight directions, so all four of a rectangle), of a segment its ends, of a point itself. A region without a normal adds
-/// nothing: there is no direction to push along.
+/// Appends the extreme points of a region, each with the region's normal: of an area the corners of its outline (the
+/// farthest in eight directions, so all four of a rectangle), of a segment its ends, of a point itself. A region without a
+/// normal adds nothing: there is no direction to push along.
 pub fn add_manifold(contacts: &Contacts, region: &ContactRegion, manifold: &mut Vec<ManifoldPoint>) {
     let normal = DVec3::from(region.normal);
     if normal == DVec3::ZERO {
