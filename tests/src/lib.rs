@@ -6,6 +6,7 @@ pub mod solids;
 pub mod client_process;
 pub mod daemon_process;
 pub mod derived_meshes;
+pub mod exact_distance;
 pub mod fuzz_targets;
 pub mod hardcases;
 pub mod kernel_pair;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::affine::{Rows, world_vertex};
-use crate::effects::{Found, order};
+use crate::effects::{Found, distance, order};
 use crate::global_boxes::GlobalBox;
 use crate::object::Object;
 use crate::polygon_test;
@@ -33,6 +33,16 @@ pub fn polygon_pairs(a: &Object, rows_a: &Rows, b: &Object, rows_b: &Rows) -> Ve
     }
     order(&mut found, &());
     found.iter().map(PolygonPair::from).collect()
+}
+
+/// The minimum distance of two placed objects and the pair of polygons that has it, of equally near ones the pair of the smallest
+/// numbers: all triangles of one against all of the other. `None` when an object is empty. Twin of
+/// [`distance`](crate::effects::distance::distance).
+pub fn distance(a: &Object, rows_a: &Rows, b: &Object, rows_b: &Rows) -> Option<(f64, [u32; 2])> {
+    let (first, second) = (world_triangles(a, rows_a), world_triangles(b, rows_b));
+    let pairs = first.iter().enumerate().flat_map(|p| second.iter().enumerate().map(move |q| (p, q)));
+    let distances = pairs.map(|((i, p), (j, q))| (distance::of_triangles(p, q), [a.polygon_of(i), b.polygon_of(j)]));
+    distances.min_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)))
 }
 
 fn world_triangles(object: &Object, rows: &Rows) -> Vec<[DVec3; 3]> {

@@ -2,6 +2,7 @@
 
 pub mod contacts;
 pub mod containment;
+pub mod distance;
 pub mod penetration;
 pub mod response;
 

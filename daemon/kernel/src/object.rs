@@ -7,6 +7,7 @@ use crate::mesh::PolygonMesh;
 use crate::topology::Topology;
 use crate::triangulation::triangulate;
 use crate::voxel_matrix::{VoxelMatrix, automatic_order};
+use crate::voxel_slabs::VoxelSlabs;
 use crate::workforce::Workforce;
 
 /// The most vertices, polygons or corners of one object.
@@ -24,6 +25,7 @@ pub struct Object {
     polygon_of: Vec<u32>,
     polygon_count: usize,
     matrix: VoxelMatrix,
+    slabs: VoxelSlabs,
     reach: [f64; 3],
     topology: OnceLock<Topology>,
 }
@@ -130,6 +132,7 @@ impl Object {
         let (triangles, polygon_of) = cut(&mesh);
         let order = order.unwrap_or_else(|| automatic_order(triangles.len()));
         let matrix = VoxelMatrix::build(&mesh.vertices, &triangles, order, progress)?;
+        let slabs = VoxelSlabs::build(&mesh.vertices, &triangles, &matrix);
         let reach = Container::of(mesh.vertices.iter().copied()).map_or([0.0; 3], |all| all.reach());
         Ok(Object {
             polygon_count: mesh.polygon_count(),
@@ -137,6 +140,7 @@ impl Object {
             triangles,
             polygon_of,
             matrix,
+            slabs,
             reach,
             topology: OnceLock::new(),
         })
@@ -188,6 +192,10 @@ impl Object {
         self.topology.get_or_init(|| Topology::of(&self.vertices, &self.triangles))
     }
 
+    pub(crate) fn slabs(&self) -> &VoxelSlabs {
+        &self.slabs
+    }
+
     /// Order M of the voxel matrix: halvings made.
     pub fn order(&self) -> u32 {
         self.matrix.lattice().order()
@@ -205,6 +213,7 @@ impl Object {
             + size_of_val(self.polygon_of.as_slice())
             + self.matrix.memory_bytes()
             + self.topology.get().map_or(0, Topology::memory_bytes)
+            + self.slabs.memory_bytes()
     }
 
     /// The largest magnitude of each coordinate over all vertices, used or not.

@@ -16,7 +16,7 @@ use crate::voxel_pairs::VoxelPair;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WorldTriangle {
     pub corners: [DVec3; 3],
-    bounds: GlobalBox,
+    pub bounds: GlobalBox,
     pub number: u32,
 }
 
@@ -105,7 +105,7 @@ impl Gathered {
 }
 
 impl WorldTriangle {
-    fn new(number: u32, object: &Object, rows: &Rows) -> WorldTriangle {
+    pub fn new(number: u32, object: &Object, rows: &Rows) -> WorldTriangle {
         let corner = |vertex: u32| world_vertex(rows, object.vertices()[vertex as usize]);
         let corners @ [p, q, r] = object.triangles()[number as usize].map(corner);
         let bounds = GlobalBox { min: p.min(q).min(r), max: p.max(q).max(r) };
@@ -116,7 +116,7 @@ impl WorldTriangle {
 /// Candidates of this pair of bodies, by a hash of their numbers; one that is overwritten is tested again, to no harm.
 /// Forgetting is counting on, not clearing.
 #[derive(Debug)]
-struct Recent {
+pub(crate) struct Recent {
     /// The triangle numbers and the generation they were seen in.
     seen: Vec<(u32, u32, u64)>,
     generation: u64,
@@ -136,13 +136,13 @@ impl Recent {
     /// 16 MiB. Polygons that are large for their voxels meet in very many pairs of them.
     const LARGEST: usize = 1 << 20;
 
-    fn forget(&mut self) {
+    pub fn forget(&mut self) {
         self.generation += 1;
         self.count = 0;
     }
 
     #[inline]
-    fn is_new(&mut self, a: u32, b: u32) -> bool {
+    pub fn is_new(&mut self, a: u32, b: u32) -> bool {
         // Fibonacci hashing (Knuth, The Art of Computer Programming 3, section 6.4).
         let hash = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let place = (hash >> 32) as usize & (self.seen.len() - 1);

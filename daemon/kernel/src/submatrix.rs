@@ -45,7 +45,7 @@ use crate::polygon_box::unit_scale;
 
 const SLACK: f64 = 64.0 * (f64::EPSILON / 2.0);
 /// 2^-1060.
-const UNDERFLOW: f64 = f64::from_bits(1 << 14);
+pub(crate) const UNDERFLOW: f64 = f64::from_bits(1 << 14);
 /// 2^-1072.
 const HALVING: f64 = f64::from_bits(1 << 2);
 
@@ -260,11 +260,11 @@ impl Side {
 }
 
 /// The largest magnitude of each coordinate of what the voxels hold.
-fn reach(object: &Object) -> [f64; 3] {
+pub(crate) fn reach(object: &Object) -> [f64; 3] {
     object.matrix().lattice().container().reach()
 }
 
-fn columns(rows: &Rows) -> [DVec3; 3] {
+pub(crate) fn columns(rows: &Rows) -> [DVec3; 3] {
     [0, 1, 2].map(|column| DVec3::new(rows[0][column], rows[1][column], rows[2][column]))
 }
 
