@@ -1,5 +1,7 @@
 //! What the tests of `collided` share: an exact oracle, the hard cases, and processes to test with.
 
+pub mod ccd;
+pub mod ccd_queries;
 pub mod crowd;
 pub mod contact_pairs;
 pub mod solids;

@@ -17,7 +17,9 @@ pub enum NpyError {
         source: std::io::Error,
     },
     /// The file is not what is needed.
-    #[error("{path}: {what}; write an array of shape (n, 2, 3, 4) and type '<f8' with numpy.save")]
+    #[error(
+        "{path}: {what}; write an array of shape (n, 2, 3, 4), of motions (n, 2, 2, 3, 4), type '<f8', with numpy.save"
+    )]
     Malformed {
         /// The file.
         path: String,
@@ -35,21 +37,37 @@ const HEADER_START: usize = MAGIC.len() + 2;
 /// # Errors
 /// When the file cannot be read or holds something else.
 pub fn read_pose_pairs(path: &Path) -> Result<Vec<[Rows; 2]>, NpyError> {
-    let name = || path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|source| NpyError::Unreadable { path: name(), source })?;
-    pose_pairs(&bytes).map_err(|what| NpyError::Malformed { path: name(), what })
+    read(path, ", 2, 3, 4)")
 }
 
-fn pose_pairs(bytes: &[u8]) -> Result<Vec<[Rows; 2]>, String> {
+/// The transforms of two bodies at the start and at the end of each motion, from a little-endian f64 array of shape
+/// (n, 2, 2, 3, 4) in C order: the first body's start and end, then the second's.
+///
+/// # Errors
+/// When the file cannot be read or holds something else.
+pub fn read_motion_pairs(path: &Path) -> Result<Vec<[[Rows; 2]; 2]>, NpyError> {
+    let bodies: Vec<[Rows; 2]> = read(path, ", 2, 2, 3, 4)")?;
+    Ok(bodies.as_chunks::<2>().0.to_vec())
+}
+
+/// Pairs of transforms, whatever they are pairs of; `shape` is what follows the count.
+fn read(path: &Path, shape: &str) -> Result<Vec<[Rows; 2]>, NpyError> {
+    let name = || path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|source| NpyError::Unreadable { path: name(), source })?;
+    pairs(&bytes, shape).map_err(|what| NpyError::Malformed { path: name(), what })
+}
+
+fn pairs(bytes: &[u8], shape: &str) -> Result<Vec<[Rows; 2]>, String> {
     let (header, data) = split(bytes).ok_or("not an .npy file of version 1.0")?;
-    let count = pose_count(header).ok_or_else(|| format!("the header is {header:?}"))?;
+    let pairs_of_each = if shape.starts_with(", 2, 2,") { 2 } else { 1 };
+    let count = count(header, shape).ok_or_else(|| format!("the header is {header:?}"))? * pairs_of_each;
     let (numbers, rest) = data.as_chunks::<8>();
     if !rest.is_empty() || numbers.len() != count * 24 {
-        return Err(format!("{count} poses take {} bytes, not {}", count * 192, data.len()));
+        return Err(format!("{count} pairs of transforms take {} bytes, not {}", count * 192, data.len()));
     }
     let number = |i: usize| f64::from_le_bytes(numbers[i]);
     let rows = |first: usize| [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| number(first + 4 * row + column)));
-    Ok((0..count).map(|pose| [rows(24 * pose), rows(24 * pose + 12)]).collect())
+    Ok((0..count).map(|pair| [rows(24 * pair), rows(24 * pair + 12)]).collect())
 }
 
 fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
@@ -58,10 +76,10 @@ fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
     Some((std::str::from_utf8(header).ok()?.trim(), data))
 }
 
-fn pose_count(header: &str) -> Option<usize> {
+fn count(header: &str, following: &str) -> Option<usize> {
     let plain = header.contains("'descr': '<f8'") && header.contains("'fortran_order': False");
     let (_, shape) = header.split_once("'shape': (").filter(|_| plain)?;
-    let (count, _) = shape.split_once(", 2, 3, 4)")?;
+    let (count, _) = shape.split_once(following)?;
     count.parse().ok()
 }
 
@@ -76,11 +94,17 @@ mod tests {
         MAGIC.iter().copied().chain(length).chain(header.into_bytes()).chain(data).collect()
     }
 
+    fn pose_pairs(bytes: &[u8]) -> Result<Vec<[Rows; 2]>, String> {
+        pairs(bytes, ", 2, 3, 4)")
+    }
+
     #[test]
     fn poses_come_in_order() {
         let poses = pose_pairs(&file("(2, 2, 3, 4)", 48)).expect("the file is well formed");
         assert_eq!(poses.len(), 2);
         assert_eq!(poses[1][1][0], [36.0, 37.0, 38.0, 39.0]);
+        let motions = pairs(&file("(1, 2, 2, 3, 4)", 48), ", 2, 2, 3, 4)").expect("the file is well formed");
+        assert_eq!(motions, poses);
     }
 
     #[test]

@@ -5,6 +5,7 @@ pub mod containment;
 pub mod distance;
 pub mod penetration;
 pub mod response;
+pub mod time_of_contact;
 
 use rayon::prelude::*;
 

@@ -11,7 +11,7 @@
 //!
 //! | each step | |
 //! |---|---|
-//! | 1. [`scene`] | transforms in |
+//! | 1. [`scene`], [`motion`] | transforms in |
 //! | 2. [`global_boxes`] | global bounding boxes |
 //! | 3. [`broad_phase`] | overlapping boxes |
 //! | 4. [`interest`] | the pairs that matter |
@@ -26,6 +26,7 @@
 #![forbid(unsafe_code)]
 
 pub mod affine;
+pub mod motion;
 pub mod mesh;
 mod triangulation;
 pub mod topology;

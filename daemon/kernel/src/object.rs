@@ -25,7 +25,7 @@ pub struct Object {
     polygon_of: Vec<u32>,
     polygon_count: usize,
     matrix: VoxelMatrix,
-    slabs: VoxelSlabs,
+    slabs: OnceLock<VoxelSlabs>,
     reach: [f64; 3],
     topology: OnceLock<Topology>,
 }
@@ -132,7 +132,6 @@ impl Object {
         let (triangles, polygon_of) = cut(&mesh);
         let order = order.unwrap_or_else(|| automatic_order(triangles.len()));
         let matrix = VoxelMatrix::build(&mesh.vertices, &triangles, order, progress)?;
-        let slabs = VoxelSlabs::build(&mesh.vertices, &triangles, &matrix);
         let reach = Container::of(mesh.vertices.iter().copied()).map_or([0.0; 3], |all| all.reach());
         Ok(Object {
             polygon_count: mesh.polygon_count(),
@@ -140,7 +139,7 @@ impl Object {
             triangles,
             polygon_of,
             matrix,
-            slabs,
+            slabs: OnceLock::new(),
             reach,
             topology: OnceLock::new(),
         })
@@ -193,7 +192,7 @@ impl Object {
     }
 
     pub(crate) fn slabs(&self) -> &VoxelSlabs {
-        &self.slabs
+        self.slabs.get_or_init(|| VoxelSlabs::build(&self.vertices, &self.triangles, &self.matrix))
     }
 
     /// Order M of the voxel matrix: halvings made.
@@ -213,7 +212,7 @@ impl Object {
             + size_of_val(self.polygon_of.as_slice())
             + self.matrix.memory_bytes()
             + self.topology.get().map_or(0, Topology::memory_bytes)
-            + self.slabs.memory_bytes()
+            + self.slabs.get().map_or(0, VoxelSlabs::memory_bytes)
     }
 
     /// The largest magnitude of each coordinate over all vertices, used or not.

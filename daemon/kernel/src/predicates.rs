@@ -19,6 +19,8 @@ pub use filter::{Filter, Plane, TooClose};
 pub(crate) use fixed_point::{FixedPoint, on_common_grid};
 pub use stage::Stage;
 
+pub(crate) use any_range::integers;
+
 /// −1, 0 or +1.
 pub type Sign = i32;
 

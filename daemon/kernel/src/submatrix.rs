@@ -270,7 +270,7 @@ pub(crate) fn columns(rows: &Rows) -> [DVec3; 3] {
 
 /// The fifteen axes. One that comes out as zero separates nothing, and flattened bodies may have no other: the world's own axes
 /// take the place of those.
-fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; AXES] {
+pub(crate) fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; AXES] {
     let (a, b) = (columns_a.map(unit_scale), columns_b.map(unit_scale));
     let faces = |edges: &[DVec3; 3]| [edges[1].cross(edges[2]), edges[2].cross(edges[0]), edges[0].cross(edges[1])];
     let mut directions = [DVec3::ZERO; AXES];
