@@ -27,6 +27,7 @@
 
 mod connect;
 mod database;
+mod effect_results;
 mod error;
 mod scene;
 mod step;
@@ -44,16 +45,22 @@ pub mod instance;
 #[doc(hidden)]
 pub mod transport;
 
-pub use collided_protocol::control::{ClientStatus, ObjectInfo, Reply, Request, SceneStatus, Status};
+pub use collided_protocol::control::{
+    Accuracy, ClientStatus, Dynamics, Mass, ObjectInfo, Reply, Request, SceneStatus, Status,
+};
+pub use collided_protocol::effect_records::{
+    ContactPointRecord, ContactSegmentRecord, DistanceRecord, ImpulseRecord, PenetrationRecord,
+};
 pub use collided_protocol::report::{Containment, Level, Relation, StageCounts, StageTimes, Verdict};
-pub use collided_protocol::step::Rows;
+pub use collided_protocol::step::{Rows, VelocityRecord};
 pub use collided_protocol::{Effect, Effects, ErrorCode, WireError};
 pub use connect::{Client, ClientBuilder};
 pub use database::{Database, Loading, Mesh, Object};
+pub use effect_results::{ContactRegion, TimeOfContact};
 pub use error::{Error, TransportError};
 pub use report::{Pair, PolygonPair, Report};
 pub use scene::{BodyId, BodySpec, Interest, Scene, SceneBuilder};
-pub use step::Pending;
+pub use step::{Pending, RigidMotion, StepInput, Velocity};
 
 /// The identity transform.
 pub const IDENTITY: Rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];

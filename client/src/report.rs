@@ -5,12 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use collided_protocol::WireError;
+use collided_protocol::effect_records::{DistanceRecord, ImpulseRecord, PenetrationRecord};
 use collided_protocol::report::{
     Containment, Level, PairRecord, PolygonPairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS,
     STATUS_OK, StageCounts, StageTimes, Verdict,
 };
-use collided_protocol::step::Word;
+use collided_protocol::step::{VelocityRecord, Word};
 
+use crate::effect_results::{ContactRegion, EffectRecords, TimeOfContact};
 use crate::error::Error;
 use crate::scene::BodyId;
 use crate::transport::StepResponse;
@@ -43,6 +45,7 @@ impl Drop for Held {
 pub struct Records<'a> {
     pairs: &'a [PairRecord],
     polygon_pairs: &'a [PolygonPairRecord],
+    effects: EffectRecords<'a>,
 }
 
 /// A pair of bodies that is not proven clear, or of which an effect has something to say.
@@ -50,6 +53,9 @@ pub struct Records<'a> {
 pub struct Pair<'a> {
     record: &'a PairRecord,
     polygon_pairs: &'a [PolygonPairRecord],
+    /// Its place in the report.
+    place: u32,
+    effects: EffectRecords<'a>,
 }
 
 /// A pair of interfering polygons, by the caller's polygon numbers.
@@ -103,6 +109,12 @@ impl Report {
     /// How many polygon pairs there are, over all pairs.
     pub fn polygon_pair_count(&self) -> usize {
         self.records().polygon_pairs.len()
+    }
+
+    /// The velocities, after the impulses of this step, of the bodies with mass that one has reached; ascending by id. Given with
+    /// the effect `response`.
+    pub fn velocities(&self) -> &[VelocityRecord] {
+        self.records().effects.velocities
     }
 
     /// How many steps the scene had answered before this one.
@@ -167,6 +179,42 @@ impl<'a> Pair<'a> {
     }
 }
 
+impl<'a> Pair<'a> {
+    /// The minimum distance; given with the effect `distance`, up to its limit.
+    pub fn distance(&self) -> Option<&'a DistanceRecord> {
+        of_pair(self.effects.distances, self.place, |record| record.pair).first()
+    }
+
+    /// When the bodies first meet within the step; given with the effect `time_of_contact`. `None`: not at all, proven.
+    pub fn time_of_contact(&self) -> Option<TimeOfContact> {
+        of_pair(self.effects.times, self.place, |record| record.pair).first().map(TimeOfContact::from)
+    }
+
+    /// Where the bodies meet; given with the effect `contacts`.
+    pub fn contacts(&self) -> impl ExactSizeIterator<Item = ContactRegion<'a>> + use<'a> {
+        let effects = self.effects;
+        let regions = of_pair(effects.regions, self.place, |record| record.pair);
+        regions.iter().map(move |record| ContactRegion::new(record, &effects))
+    }
+
+    /// A translation that takes the bodies apart; given with the effect `penetration`.
+    pub fn penetration(&self) -> Option<&'a PenetrationRecord> {
+        of_pair(self.effects.penetrations, self.place, |record| record.pair).first()
+    }
+
+    /// Impulses at the contacts; given with the effect `response`.
+    pub fn impulses(&self) -> &'a [ImpulseRecord] {
+        of_pair(self.effects.impulses, self.place, |record| record.pair)
+    }
+}
+
+/// The records of a pair; records come in the order of pairs.
+fn of_pair<T>(records: &[T], place: u32, pair: impl Fn(&T) -> u32) -> &[T] {
+    let first = records.partition_point(|record| pair(record) < place);
+    let count = records[first..].partition_point(|record| pair(record) == place);
+    &records[first..first + count]
+}
+
 fn relation(code: u32) -> Option<Relation> {
     u8::try_from(code).ok().and_then(Relation::from_code)
 }
@@ -181,6 +229,7 @@ pub fn decode<'a>(header: &ReportHeader, words: &'a [Word]) -> Result<Records<'a
     }
     let records = Records::locate(header, words)?;
     records.pairs.iter().try_for_each(|pair| check_pair(pair, records.polygon_pairs.len()))?;
+    records.effects.check()?;
     Ok(records)
 }
 
@@ -188,20 +237,26 @@ impl<'a> Records<'a> {
     /// The records where the header says, which may say anything yet.
     fn locate(header: &ReportHeader, words: &'a [Word]) -> Result<Records<'a>, Error> {
         let pairs = section(header, words, SECTION_PAIRS)?;
-        Ok(Records { pairs, polygon_pairs: section(header, words, SECTION_POLYGON_PAIRS)? })
+        let polygon_pairs = section(header, words, SECTION_POLYGON_PAIRS)?;
+        Ok(Records { pairs, polygon_pairs, effects: EffectRecords::locate(header, words)? })
     }
 
     /// As [`Report::pairs`].
     pub fn pairs(self) -> impl ExactSizeIterator<Item = Pair<'a>> {
-        self.pairs.iter().map(move |record| {
+        self.pairs.iter().enumerate().map(move |(place, record)| {
             let first = record.first_polygon_pair as usize;
-            Pair { record, polygon_pairs: &self.polygon_pairs[first..first + record.polygon_pair_count as usize] }
+            let polygon_pairs = &self.polygon_pairs[first..first + record.polygon_pair_count as usize];
+            Pair { record, polygon_pairs, place: place as u32, effects: self.effects }
         })
     }
 }
 
 /// The records of a section, where they stand.
-fn section<'a, T: bytemuck::Pod>(header: &ReportHeader, words: &'a [Word], number: usize) -> Result<&'a [T], Error> {
+pub(crate) fn section<'a, T: bytemuck::Pod>(
+    header: &ReportHeader,
+    words: &'a [Word],
+    number: usize,
+) -> Result<&'a [T], Error> {
     let section = header.sections[number];
     let bytes: &[u8] = bytemuck::cast_slice(words);
     let first = section.first_word as usize * size_of::<Word>();

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use collided_protocol::control::{self, InterestRule, Reply, Request};
+use collided_protocol::control::{self, Accuracy, BodyDynamics, Dynamics, InterestRule, Reply, Request};
 use collided_protocol::step::Rows;
 use collided_protocol::{Effect, Effects};
 
@@ -14,7 +14,7 @@ use crate::connect::{Client, unexpected};
 use crate::database::Object;
 use crate::error::Error;
 use crate::report::Report;
-use crate::step::{Pending, StepChannel};
+use crate::step::{Pending, StepChannel, StepInput};
 
 /// How long [`Scene::step`] waits unless [`Scene::set_deadline`] says otherwise.
 const DEFAULT_DEADLINE: Duration = Duration::from_secs(10);
@@ -155,6 +155,23 @@ impl Scene {
         self.client.expect_done(&Request::SetEffects { scene: self.id, effects })
     }
 
+    /// Changes how exactly effects are computed.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with `BadAccuracy`.
+    pub fn set_accuracy(&mut self, accuracy: Accuracy) -> Result<(), Error> {
+        self.client.expect_done(&Request::SetAccuracy { scene: self.id, accuracy })
+    }
+
+    /// Gives bodies mass, or takes it from them, for the effect `response`; all are set, or none. A body without is static.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with `UnknownBody` or `BadDynamics`.
+    pub fn set_dynamics(&mut self, bodies: &[(BodyId, Option<Dynamics>)]) -> Result<(), Error> {
+        let bodies = bodies.iter().map(|&(body, dynamics)| BodyDynamics { body: body.0, dynamics }).collect();
+        self.client.expect_done(&Request::SetDynamics { scene: self.id, bodies })
+    }
+
     /// Has nothing computed for a pair.
     ///
     /// # Errors
@@ -195,6 +212,14 @@ impl Scene {
         self.send_sparse(transforms)?.collect(self.deadline)
     }
 
+    /// Moves the bodies named, along straight lines or rigidly, gives velocities, and waits for the report.
+    ///
+    /// # Errors
+    /// As [`Scene::step_sparse`], and `BadMotion` and `BadDynamics`.
+    pub fn step_with(&mut self, input: &StepInput<'_>) -> Result<Report, Error> {
+        self.send_with(input)?.collect(self.deadline)
+    }
+
     /// Like [`Scene::step`], with transforms written straight into shared memory: one for each of [`Scene::bodies`],
     /// all zero at first.
     ///
@@ -217,7 +242,15 @@ impl Scene {
     /// # Errors
     /// As [`Scene::step`], save those that come with the report.
     pub fn send_sparse(&mut self, transforms: &[(BodyId, Rows)]) -> Result<Pending, Error> {
-        self.channel.send_sparse(&self.client, transforms)
+        self.send_with(&StepInput { transforms, ..StepInput::default() })
+    }
+
+    /// Sends a step; its report is collected later.
+    ///
+    /// # Errors
+    /// As [`Scene::step_with`], save those that come with the report.
+    pub fn send_with(&mut self, input: &StepInput<'_>) -> Result<Pending, Error> {
+        self.channel.send_input(&self.client, input)
     }
 }
 

@@ -10,7 +10,8 @@ use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::names::{reply_service, step_service, wake_service};
 use collided_protocol::report::ReportHeader;
 use collided_protocol::step::{
-    MOTION_LINEAR, ROWS_WORDS, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, Word, id_words, step_words,
+    MOTION_LINEAR, ROWS_WORDS, RigidRecord, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, VelocityRecord, Word, id_words,
+    payload_words, step_words,
 };
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
 use iceoryx2::port::client::RequestSendError;
@@ -44,6 +45,95 @@ impl fmt::Debug for StepChannel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("StepChannel").field("scene", &self.scene).finish_non_exhaustive()
     }
+}
+
+/// What a step brings. What is left out stays as it is.
+///
+/// ```
+/// use collided_client::{BodyId, RigidMotion, StepInput};
+/// let door = RigidMotion { axis: [0.0, 0.0, 1.0], angle: 1.5, ..RigidMotion::default() };
+/// let step = StepInput { rigid: &[(BodyId(3), door)], delta_time: 0.001, ..StepInput::default() };
+/// ```
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StepInput<'a> {
+    /// Where bodies are at the end of the step; they get there along straight lines.
+    pub transforms: &'a [(BodyId, Rows)],
+    /// Bodies that turn on their way, from where they are; none of these may be in `transforms`.
+    pub rigid: &'a [(BodyId, RigidMotion)],
+    /// Velocities at the end of the step, for the effect `response`. A body keeps its velocity until another one comes.
+    pub velocities: &'a [(BodyId, Velocity)],
+    /// The time since the last step, in the caller's unit; 0 when unknown.
+    pub delta_time: f64,
+}
+
+/// A rigid motion within a step: at the time t from 0 to 1 a vertex that was at v is at
+/// `centre + t·translate + Rot(axis, angle·t)·(v − centre)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidMotion {
+    /// Direction of the axis, of any length but zero; world.
+    pub axis: [f64; 3],
+    /// A point on the axis; world.
+    pub centre: [f64; 3],
+    /// In radians, counterclockwise seen against the axis; may exceed π.
+    pub angle: f64,
+    /// How far the centre moves; world.
+    pub translate: [f64; 3],
+}
+
+impl Default for RigidMotion {
+    /// No motion, about the world's z axis.
+    fn default() -> Self {
+        RigidMotion { axis: [0.0, 0.0, 1.0], centre: [0.0; 3], angle: 0.0, translate: [0.0; 3] }
+    }
+}
+
+/// How fast a body moves.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Velocity {
+    /// Of its centre of mass; world.
+    pub linear: [f64; 3],
+    /// In radians over the time unit, about the world's axes.
+    pub angular: [f64; 3],
+}
+
+impl StepInput<'_> {
+    fn words(&self) -> usize {
+        payload_words(STEP_SPARSE, self.transforms.len(), self.rigid.len(), self.velocities.len())
+    }
+
+    /// Word number `word` of the payload.
+    fn word(&self, word: usize) -> Word {
+        let transforms = step_words(STEP_SPARSE, self.transforms.len());
+        if word < transforms {
+            return sparse_word(self.transforms, word);
+        }
+        let (rigid_words, velocity_words) = (words_of::<RigidRecord>(), words_of::<VelocityRecord>());
+        let word = word - transforms;
+        match self.rigid.get(word / rigid_words) {
+            Some(rigid) => record_word(&rigid_record(rigid), word % rigid_words),
+            None => {
+                let word = word - self.rigid.len() * rigid_words;
+                record_word(&velocity_record(&self.velocities[word / velocity_words]), word % velocity_words)
+            }
+        }
+    }
+}
+
+const fn words_of<T>() -> usize {
+    size_of::<T>() / size_of::<Word>()
+}
+
+fn record_word(record: &impl bytemuck::NoUninit, word: usize) -> Word {
+    let at = word * size_of::<Word>();
+    bytemuck::pod_read_unaligned(&bytemuck::bytes_of(record)[at..at + size_of::<Word>()])
+}
+
+fn rigid_record(&(body, RigidMotion { axis, centre, angle, translate }): &(BodyId, RigidMotion)) -> RigidRecord {
+    RigidRecord { body: body.0, reserved: 0, axis, centre, angle, translate }
+}
+
+fn velocity_record(&(body, Velocity { linear, angular }): &(BodyId, Velocity)) -> VelocityRecord {
+    VelocityRecord { body: body.0, reserved: 0, linear, angular }
 }
 
 /// A step that was sent. Dropping it gives its report up; the step is taken all the same.
@@ -81,20 +171,21 @@ impl StepChannel {
         let words: &[Word] = bytemuck::cast_slice(transforms);
         self.check_room(words.len())?;
         let request = self.requests.loan_slice_uninit(words.len()).map_err(loan_error)?;
-        self.send(client, request.write_from_slice(words), STEP_DENSE, transforms.len())
+        self.send(client, request.write_from_slice(words), header(STEP_DENSE, transforms.len()))
     }
 
-    pub(crate) fn send_sparse(
-        self: &Arc<Self>,
-        client: &Client,
-        transforms: &[(BodyId, Rows)],
-    ) -> Result<Pending, Error> {
-        let count = transforms.len();
-        let words = step_words(STEP_SPARSE, count);
+    pub(crate) fn send_input(self: &Arc<Self>, client: &Client, input: &StepInput<'_>) -> Result<Pending, Error> {
+        let words = input.words();
         self.check_room(words)?;
         let request = self.requests.loan_slice_uninit(words).map_err(loan_error)?;
-        let request = request.write_from_fn(|word| sparse_word(transforms, word));
-        self.send(client, request, STEP_SPARSE, count)
+        let request = request.write_from_fn(|word| input.word(word));
+        let header = StepHeader {
+            rigid_count: input.rigid.len() as u32,
+            velocity_count: input.velocities.len() as u32,
+            delta_time: input.delta_time,
+            ..header(STEP_SPARSE, input.transforms.len())
+        };
+        self.send(client, request, header)
     }
 
     pub(crate) fn send_written(
@@ -107,7 +198,7 @@ impl StepChannel {
         self.check_room(words)?;
         let mut request = self.requests.loan_slice(words).map_err(loan_error)?;
         write(bytemuck::cast_slice_mut(request.payload_mut()));
-        self.send(client, request, STEP_DENSE, count)
+        self.send(client, request, header(STEP_DENSE, count))
     }
 
     fn check_room(&self, words: usize) -> Result<(), Error> {
@@ -121,23 +212,9 @@ impl StepChannel {
             .map_err(|short| Error::OutOfSharedMemory { needed: short.needed, free: short.free })
     }
 
-    fn send(
-        self: &Arc<Self>,
-        client: &Client,
-        mut request: StepRequest,
-        kind: u32,
-        transform_count: usize,
-    ) -> Result<Pending, Error> {
-        *request.user_header_mut() = StepHeader {
-            protocol: PROTOCOL_VERSION,
-            kind,
-            sequence: self.sequence.fetch_add(1, Ordering::Relaxed),
-            transform_count: transform_count as u32,
-            candidate_count: 1,
-            motion: MOTION_LINEAR,
-            reserved: 0,
-            delta_time: 0.0,
-        };
+    fn send(self: &Arc<Self>, client: &Client, mut request: StepRequest, header: StepHeader) -> Result<Pending, Error> {
+        let sequence = self.sequence.fetch_add(1, Ordering::Relaxed);
+        *request.user_header_mut() = StepHeader { sequence, ..header };
         let pending = request.send().map_err(send_error)?;
         if pending.number_of_server_connections() == 0 {
             return Err(self.undelivered(client));
@@ -224,6 +301,17 @@ impl StepChannel {
             format!("the daemon let a step of scene {} go without an answer", self.scene),
             "look at the daemon's log",
         )))
+    }
+}
+
+fn header(kind: u32, transform_count: usize) -> StepHeader {
+    StepHeader {
+        protocol: PROTOCOL_VERSION,
+        kind,
+        transform_count: transform_count as u32,
+        candidate_count: 1,
+        motion: MOTION_LINEAR,
+        ..StepHeader::default()
     }
 }
 

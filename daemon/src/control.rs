@@ -158,6 +158,8 @@ impl<'a> Connection<'a> {
                 self.scene(scene)?.set_effects(effects);
                 Ok(Reply::Done)
             }
+            Request::SetAccuracy { scene, accuracy } => self.scene(scene)?.set_accuracy(accuracy).map(|()| Reply::Done),
+            Request::SetDynamics { scene, bodies } => self.scene(scene)?.set_dynamics(&bodies).map(|()| Reply::Done),
             Request::SetInterest { scene, rules } => self.set_interest(scene, &rules),
             Request::DropScene { scene } => self.drop_scene(scene),
             _ => Err(WireError::new(

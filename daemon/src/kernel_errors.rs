@@ -1,5 +1,6 @@
 //! The kernel's errors in words for the wire: with the names of objects and bodies, and a remedy.
 
+use collided_kernel::effects::response::ResponseError;
 use collided_kernel::{ObjectError, StepError};
 use collided_protocol::control::Target;
 use collided_protocol::{ErrorCode, WireError};
@@ -35,18 +36,18 @@ pub fn step_error(error: &StepError, name: impl Fn(u32) -> String) -> WireError 
             format!("the step has {found} transforms for {expected} bodies"),
             "send one transform per living body, in ascending order of body id, or a sparse step",
         ),
-        StepError::UnknownBody { position, body } => WireError::new(
+        StepError::UnknownBody { what, position, body } => WireError::new(
             ErrorCode::UnknownBody,
-            format!("transform {position} is for body {body}, which the scene does not have"),
+            format!("{what} {position} is for body {body}, which the scene does not have"),
             "use the ids that came when the bodies were added, and none that was removed",
         ),
-        StepError::BodyTwice { position, body } => WireError::new(
+        StepError::BodyTwice { what, position, body } => WireError::new(
             ErrorCode::BadStep,
             format!(
-                "transform {position} is for body {} (id {body}), which had one before in the same step",
+                "{what} {position} is for body {} (id {body}), which has a transform or a motion in this step already",
                 name(body)
             ),
-            "send one transform per body",
+            "send one transform or one rigid motion per body",
         ),
         StepError::NonFiniteTransform { body, row, column, value } => WireError::new(
             ErrorCode::NonFiniteTransform,
@@ -62,6 +63,46 @@ pub fn step_error(error: &StepError, name: impl Fn(u32) -> String) -> WireError 
             ),
             "send a transform that keeps the body within about 1e308; no body has moved",
         ),
+        StepError::BadMotion { body, ref motion } => WireError::new(
+            ErrorCode::BadMotion,
+            format!("body {} (id {}): {motion}", name(body.0), body.0),
+            "send an axis of any length but zero and finite numbers; no body has moved",
+        ),
+        StepError::NonFiniteVelocity { body, value } => WireError::new(
+            ErrorCode::BadDynamics,
+            format!("the velocity of body {} (id {}) has the number {value}", name(body.0), body.0),
+            "send finite numbers; no body has moved",
+        ),
         ref other => WireError::new(ErrorCode::Internal, format!("the step failed: {other}"), "report this as a bug"),
+    }
+}
+
+/// Why a body cannot have the mass it was given. `name` is the body's, quoted.
+pub fn dynamics_error(error: &ResponseError, name: &str, id: u32) -> WireError {
+    let about = format!("body {name} (id {id})");
+    let bad = |fault: String, remedy: &str| WireError::new(ErrorCode::BadDynamics, format!("{about} {fault}"), remedy);
+    match error {
+        ResponseError::Mass { mass, .. } => {
+            bad(format!("has mass {mass}"), "give a positive number, or no mass at all for a body that never moves")
+        }
+        ResponseError::Inertia { .. } => bad(
+            "has an inertia tensor that is not symmetric and positive definite".to_owned(),
+            "give the tensor about the centre of mass, along the object's axes",
+        ),
+        ResponseError::Restitution { restitution, .. } => {
+            bad(format!("has restitution {restitution}"), "give a number from 0 to 1")
+        }
+        ResponseError::Friction { friction, .. } => {
+            bad(format!("has friction {friction}"), "give a finite number, 0 or more")
+        }
+        ResponseError::NotFinite { .. } => {
+            bad("has a centre of mass or a velocity that is not finite".to_owned(), "give finite numbers")
+        }
+        ResponseError::Density { density } => bad(format!("has density {density}"), "give a positive finite number"),
+        ResponseError::OpenMesh { edges } => bad(
+            format!("has a density, and its mesh is open or not consistently oriented at {edges} edges"),
+            "close the mesh, or give mass, centre and inertia",
+        ),
+        _ => bad(format!("has a density, but {error}"), "give mass, centre and inertia"),
     }
 }

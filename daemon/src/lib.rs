@@ -21,6 +21,7 @@ pub mod scene;
 pub mod scene_thread;
 pub mod serve;
 pub mod settings;
+pub mod settings_of_effects;
 pub mod state;
 pub mod step_payload;
 pub mod upload;

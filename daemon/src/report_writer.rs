@@ -1,13 +1,14 @@
 //! A kernel report, written once into the shared memory that the client reads.
 
+mod effect_words;
+
 use std::iter;
 
 use collided_client::transport::{self, StepActive};
 use collided_kernel as kernel;
 use collided_protocol::limits::MAX_REPORT_WORDS;
 use collided_protocol::report::{
-    Containment, Level, PairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK, Section,
-    StageCounts, StageTimes, Verdict,
+    Containment, Level, PairRecord, Relation, ReportHeader, STATUS_OK, Section, StageCounts, StageTimes, Verdict,
 };
 use collided_protocol::step::Word;
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
@@ -15,9 +16,9 @@ use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
 /// Reports up to this size are written without asking for free memory: a scene has made sure of them when it began.
 pub const INITIAL_REPORT_WORDS: usize = 1024;
 
-const PAIR_WORDS: usize = size_of::<PairRecord>() / size_of::<Word>();
+pub(crate) const PAIR_WORDS: usize = size_of::<PairRecord>() / size_of::<Word>();
 /// 32-bit values of a [`collided_protocol::report::PolygonPairRecord`].
-const POLYGON_PAIR_VALUES: usize = 3;
+pub(crate) const POLYGON_PAIR_VALUES: usize = 3;
 
 /// The header of a report without times, counts and sections.
 pub fn header(sequence: u64, step: u64) -> ReportHeader {
@@ -34,20 +35,29 @@ pub fn send_report(
     report: &kernel::Report<'_>,
     finish: impl FnOnce(&mut StageTimes),
 ) -> Result<(), WireError> {
-    let (pairs, polygon_pairs) = (report.pairs().len(), report.polygon_pair_count());
-    let pair_words = pairs * PAIR_WORDS;
-    let words = pair_words + (polygon_pairs * POLYGON_PAIR_VALUES).div_ceil(2);
+    let words = place_sections(&mut header, &effect_words::counts(report));
     check_size(words)?;
-    header.sections[SECTION_PAIRS] = Section { first_word: 0, count: pairs as u32 };
-    header.sections[SECTION_POLYGON_PAIRS] = Section { first_word: pair_words as u32, count: polygon_pairs as u32 };
     header.counts = stage_counts(report.counts());
     header.times = stage_times(report.times());
-    let mut content = pair_records(report).flat_map(words_of_pair).chain(polygon_pair_words(report));
+    header.response_fault = report.response_fault().map_or(0, |body| body.0 + 1);
+    let pairs = pair_records(report).flat_map(effect_words::of::<_, PAIR_WORDS>).chain(polygon_pair_words(report));
+    let mut content = pairs.chain(effect_words::words(report));
     let response = active.loan_slice_uninit(words).map_err(|error| out_of_memory(words, &error.to_string()))?;
     let mut response = response.write_from_fn(|_| content.next().unwrap_or(0));
     finish(&mut header.times);
     *response.user_header_mut() = header;
     response.send().map_err(send_failed)
+}
+
+/// Writes into the header where the sections stand, one after the other; says how many words they take. `sections` holds, in the
+/// order of their numbers, the count of records and the words of all of them.
+fn place_sections(header: &mut ReportHeader, sections: &[(usize, usize)]) -> usize {
+    let mut words = 0;
+    for (place, &(count, section_words)) in header.sections.iter_mut().zip(sections) {
+        *place = Section { first_word: words as u32, count: count as u32 };
+        words += section_words;
+    }
+    words
 }
 
 /// Sends an error in place of a report.
@@ -115,10 +125,6 @@ fn pair_records(report: &kernel::Report<'_>) -> impl Iterator<Item = PairRecord>
     })
 }
 
-fn words_of_pair(record: PairRecord) -> [Word; PAIR_WORDS] {
-    bytemuck::cast(record)
-}
-
 fn polygon_pair_words(report: &kernel::Report<'_>) -> impl Iterator<Item = Word> {
     let records = report.pairs().iter().flat_map(|pair| report.polygon_pairs(pair));
     let mut values = records.flat_map(|pair| [pair.a, pair.b, relation(pair.relation) as u32]);
@@ -181,6 +187,11 @@ fn stage_counts(counts: &kernel::StageCounts) -> StageCounts {
         polygon_candidates: counts.polygon_candidates,
         exact_tests: counts.exact_tests,
         containment_tests: counts.containment_tests,
+        distance_searches: counts.distance_searches,
+        contact_pairs: counts.contact_pairs,
+        penetration_searches: counts.penetration_searches,
+        time_searches: counts.time_searches,
+        response_points: counts.response_points,
         interfering_pairs: counts.interfering_pairs,
         polygon_pairs: counts.polygon_pairs,
     }

@@ -6,12 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use collided_kernel as kernel;
 use collided_kernel::{BodyId, GroupId};
-use collided_protocol::control::{BodySpec, Interest, InterestRule};
+use collided_protocol::control::{Accuracy, BodyDynamics, BodySpec, Interest, InterestRule};
 use collided_protocol::limits::MAX_BODIES;
 use collided_protocol::{Effect, Effects, ErrorCode, WireError};
 
 use crate::database::{BodyUse, Databases};
-use crate::names;
+use crate::{kernel_errors, names, settings_of_effects};
 
 /// A scene, between its thread, which steps it, and the connection of its client, which changes it.
 pub struct SharedScene {
@@ -116,6 +116,30 @@ impl SharedScene {
         self.lock().kernel.set_effects(kernel_effects(effects));
     }
 
+    /// Changes how exactly effects are computed.
+    ///
+    /// # Errors
+    /// `BadAccuracy` names the field and its range.
+    pub fn set_accuracy(&self, accuracy: Accuracy) -> Result<(), WireError> {
+        let accuracy = settings_of_effects::accuracy(&accuracy)?;
+        self.lock().kernel.set_accuracy(accuracy);
+        Ok(())
+    }
+
+    /// Gives bodies mass, or makes them static: all, or none.
+    ///
+    /// # Errors
+    /// `UnknownBody`, `BadDynamics`.
+    pub fn set_dynamics(&self, bodies: &[BodyDynamics]) -> Result<(), WireError> {
+        let mut scene = self.lock();
+        let dynamics = bodies.iter().map(|body| scene.dynamics(body)).collect::<Result<Vec<_>, _>>()?;
+        for (body, dynamics) in bodies.iter().zip(dynamics) {
+            let set = scene.kernel.set_dynamics(BodyId(body.body), dynamics);
+            set.map_err(|error| unknown_body(error.0.0))?;
+        }
+        Ok(())
+    }
+
     /// Changes entries of the interest matrix: all, or none.
     ///
     /// # Errors
@@ -152,6 +176,12 @@ impl Scene {
             }
         }
         self.objects_revision = unchanged.revision;
+    }
+
+    fn dynamics(&self, body: &BodyDynamics) -> Result<Option<kernel::Dynamics>, WireError> {
+        let object = self.kernel.object(BodyId(body.body)).ok_or_else(|| unknown_body(body.body))?;
+        let dynamics = body.dynamics.map(|dynamics| settings_of_effects::dynamics(object, &dynamics)).transpose();
+        dynamics.map_err(|error| kernel_errors::dynamics_error(&error, &self.body_name(body.body), body.body))
     }
 
     fn check_bodies(&self, databases: &Databases, specs: &[BodySpec]) -> Result<Vec<BodyUse>, WireError> {
@@ -230,6 +260,11 @@ fn kernel_effects(effects: Effects) -> kernel::Effects {
         all.union(match effect {
             Effect::PolygonPairs => kernel::Effects::POLYGON_PAIRS,
             Effect::Containment => kernel::Effects::CONTAINMENT,
+            Effect::Distance => kernel::Effects::DISTANCE,
+            Effect::Contacts => kernel::Effects::CONTACTS,
+            Effect::Penetration => kernel::Effects::PENETRATION,
+            Effect::TimeOfContact => kernel::Effects::TIME_OF_CONTACT,
+            Effect::Response => kernel::Effects::RESPONSE,
             _ => kernel::Effects::INTERFERENCE,
         })
     })

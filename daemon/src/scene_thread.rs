@@ -41,8 +41,8 @@ struct SceneThread {
     scene: Arc<SharedScene>,
     ports: Ports,
     stopped: OwnedFd,
-    /// The ids of a sparse step, copied out of the client's reach.
-    ids: Vec<u32>,
+    /// What is copied out of the client's reach.
+    copied: step_payload::Copied,
 }
 
 /// The daemon's ports of a scene, with the services they belong to.
@@ -64,7 +64,8 @@ impl RunningScene {
         let (stop, stopped) = transport::stop_pair().map_err(|error| internal(&error))?;
         let scene = Arc::new(scene);
         let (daemon, thread_scene) = (Arc::clone(daemon), Arc::clone(&scene));
-        let thread = SceneThread { daemon, scene: thread_scene, ports, stopped, ids: Vec::new() };
+        let thread =
+            SceneThread { daemon, scene: thread_scene, ports, stopped, copied: step_payload::Copied::default() };
         let thread = thread::Builder::new()
             .name(format!("scene-{id}"))
             .spawn(move || thread.run())
@@ -221,7 +222,7 @@ impl SceneThread {
         reply: ReportHeader,
         start: Instant,
     ) -> Result<(), WireError> {
-        let transforms = step_payload::read(header, words, &mut self.ids)?;
+        let input = step_payload::read(header, words, &mut self.copied)?;
         if scene.broken {
             return Err(broken());
         }
@@ -230,7 +231,7 @@ impl SceneThread {
         let kernel = &mut scene.kernel;
         let step = || {
             let kernel = kernel;
-            kernel.step(transforms, &slot)
+            kernel.step(input, &slot)
         };
         let outcome = catch_unwind(AssertUnwindSafe(step));
         let error = match outcome {

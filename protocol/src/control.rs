@@ -104,6 +104,20 @@ pub enum Request {
         /// The new effects.
         effects: Effects,
     },
+    /// Change how exactly effects are computed.
+    SetAccuracy {
+        /// The scene.
+        scene: u32,
+        /// The new accuracy.
+        accuracy: Accuracy,
+    },
+    /// Give bodies mass, or take it from them. All are set, or none.
+    SetDynamics {
+        /// The scene.
+        scene: u32,
+        /// The bodies.
+        bodies: Vec<BodyDynamics>,
+    },
     /// Change entries of the collision interest matrix. All are set, or none.
     SetInterest {
         /// The scene.
@@ -156,6 +170,62 @@ pub struct BodySpec {
     pub object: String,
     /// Pairs within a group are ignored.
     pub group: Option<String>,
+}
+
+/// How exactly effects are computed. What is left out has its default.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Accuracy {
+    /// A distance may be larger than the minimum by this share of itself, from 0 to 1; 0 unless given: as exact as f64 allows.
+    pub distance_tolerance: Option<f64>,
+    /// Larger distances are not wanted, in the caller's length unit; no limit unless given.
+    pub distance_up_to: Option<f64>,
+    /// Width of the bracket of a time of contact, as a share of the step, above 0; 1e-6 unless given.
+    pub time_tolerance: Option<f64>,
+    /// Work that the time of contact of one pair may cost, in comparisons of two voxels; 4,194,304 unless given.
+    pub iterations: Option<u32>,
+}
+
+/// A body and its mass.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyDynamics {
+    /// The body.
+    pub body: u32,
+    /// `None` makes it static: of infinite mass.
+    pub dynamics: Option<Dynamics>,
+}
+
+/// Mass of a body, and how it rebounds, for the effect `response`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dynamics {
+    /// Where the mass comes from.
+    pub mass: Mass,
+    /// From 0, no rebound, to 1, all of the speed; of two bodies the smaller one counts.
+    pub restitution: f64,
+    /// Coulomb's coefficient, 0 or more; of two bodies the geometric mean counts.
+    pub friction: f64,
+}
+
+/// Mass, its centre and its inertia.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Mass {
+    /// As given.
+    Given {
+        /// Above 0, in the caller's unit.
+        mass: f64,
+        /// Centre of mass, in the object's frame.
+        centre: [f64; 3],
+        /// Inertia tensor about the centre, along the object's axes: symmetric, positive definite.
+        inertia: [[f64; 3]; 3],
+    },
+    /// Of the volume of the object's closed mesh, in its own frame.
+    Density {
+        /// Mass by volume, above 0.
+        density: f64,
+    },
 }
 
 /// One entry of the collision interest matrix.

@@ -13,11 +13,30 @@ pub enum Effect {
     PolygonPairs,
     /// Which body lies wholly inside the other, their surfaces apart. Such a pair is interfering too.
     Containment,
+    /// The minimum distance and the two nearest points.
+    Distance,
+    /// Where the bodies meet: points, segments and areas, grouped into regions.
+    Contacts,
+    /// A translation that takes the bodies apart.
+    Penetration,
+    /// Over the step's motion, a bracket of the time at which the bodies first meet.
+    TimeOfContact,
+    /// For bodies with mass: impulses at the contacts, and the velocities after.
+    Response,
 }
 
 impl Effect {
     /// Every effect of this protocol version.
-    pub const ALL: [Effect; 3] = [Effect::Interference, Effect::PolygonPairs, Effect::Containment];
+    pub const ALL: [Effect; 8] = [
+        Effect::Interference,
+        Effect::PolygonPairs,
+        Effect::Containment,
+        Effect::Distance,
+        Effect::Contacts,
+        Effect::Penetration,
+        Effect::TimeOfContact,
+        Effect::Response,
+    ];
 
     /// The name used in scene files, in JSON output and on the control channel.
     pub const fn name(self) -> &'static str {
@@ -25,6 +44,11 @@ impl Effect {
             Effect::Interference => "interference",
             Effect::PolygonPairs => "polygon_pairs",
             Effect::Containment => "containment",
+            Effect::Distance => "distance",
+            Effect::Contacts => "contacts",
+            Effect::Penetration => "penetration",
+            Effect::TimeOfContact => "time_of_contact",
+            Effect::Response => "response",
         }
     }
 

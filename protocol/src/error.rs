@@ -62,6 +62,12 @@ pub enum ErrorCode {
     UnknownEffect = 25,
     /// Something failed inside the daemon; the message says what. Worth a bug report.
     Internal = 26,
+    /// A motion within a step that is none: a number that is not finite, an axis of length zero.
+    BadMotion = 27,
+    /// An accuracy setting out of its range.
+    BadAccuracy = 28,
+    /// Mass, inertia, restitution, friction or a velocity out of range, or density given for a mesh that is not closed.
+    BadDynamics = 29,
 }
 
 /// An error as it crosses the wire: what, where, and the remedy.

@@ -8,6 +8,7 @@
 //!   interference report out ([`report`]). Both are written once, in shared memory, and read where they stand.
 
 pub mod control;
+pub mod effect_records;
 pub mod effects;
 pub mod error;
 pub mod limits;

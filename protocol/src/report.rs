@@ -15,8 +15,8 @@ pub const STATUS_OK: u32 = 0;
 pub const SECTION_PAIRS: usize = 0;
 /// Section of [`PolygonPairRecord`]s: those of the first pair, then those of the second, each ordered by (a, b).
 pub const SECTION_POLYGON_PAIRS: usize = 1;
-/// How many sections a header has room for; effects of later versions take theirs here.
-pub const SECTION_COUNT: usize = 12;
+/// How many sections a header has room for: these, those of [`effect_records`](crate::effect_records), and some to come.
+pub const SECTION_COUNT: usize = 16;
 
 /// Where a section stands in the payload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable, ZeroCopySend)]
@@ -50,6 +50,16 @@ pub struct StageCounts {
     pub exact_tests: u64,
     /// Pairs of bodies, their surfaces apart, of which it was asked whether one is inside the other.
     pub containment_tests: u64,
+    /// Pairs of bodies of which the minimum distance was sought.
+    pub distance_searches: u64,
+    /// Pairs of bodies whose regions of contact were found.
+    pub contact_pairs: u64,
+    /// Pairs of bodies for which a separating translation was sought.
+    pub penetration_searches: u64,
+    /// Pairs of bodies whose first contact over the motion was sought.
+    pub time_searches: u64,
+    /// Points at which impulses were computed.
+    pub response_points: u64,
     /// Interfering pairs of bodies.
     pub interfering_pairs: u64,
     /// Interfering pairs of polygons in the report.
@@ -99,8 +109,8 @@ pub struct ReportHeader {
     pub part_count: u32,
     /// Length of the JSON error in the payload, in bytes; 0 when `status` is [`STATUS_OK`].
     pub error_bytes: u32,
-    /// Zero in this version.
-    pub reserved: u32,
+    /// 1 and the id of a body whose inertia, where it stands, is not positive definite: there is no response then. Else 0.
+    pub response_fault: u32,
     /// Where each section stands, by its `SECTION_` number.
     pub sections: [Section; SECTION_COUNT],
     /// How many things each stage looked at.
@@ -264,6 +274,6 @@ pub struct PolygonPairRecord {
 
 const _: () = assert!(size_of::<PairRecord>() == 24);
 const _: () = assert!(size_of::<PolygonPairRecord>() == 12);
-const _: () = assert!(size_of::<StageCounts>() == 88);
+const _: () = assert!(size_of::<StageCounts>() == 128);
 const _: () = assert!(size_of::<StageTimes>() == 72);
-const _: () = assert!(size_of::<ReportHeader>() == 296);
+const _: () = assert!(size_of::<ReportHeader>() == 368);

@@ -3,6 +3,9 @@
 //! The payload is a slice of 64-bit words. A **dense** step holds one [`Rows`] per living body, in ascending order of body
 //! id. A **sparse** step holds `transform_count` body ids (`u32`, two to a word, the last word filled with zero), then as
 //! many [`Rows`]; bodies that are not named keep their last transform.
+//!
+//! Behind these stand `rigid_count` [`RigidRecord`]s, of bodies that turn within the step, and `velocity_count`
+//! [`VelocityRecord`]s, which the effect `response` takes.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -22,7 +25,8 @@ pub const STEP_DENSE: u32 = 0;
 /// [`StepHeader::kind`]: ids, then transforms.
 pub const STEP_SPARSE: u32 = 1;
 
-/// [`StepHeader::motion`]: the affine matrix is interpolated linearly from the last step's transform to this one's.
+/// [`StepHeader::motion`]: the affine matrix of a body without a [`RigidRecord`] is interpolated linearly from the last step's
+/// transform to this one's.
 pub const MOTION_LINEAR: u32 = 0;
 
 /// The user header of a step request.
@@ -42,13 +46,55 @@ pub struct StepHeader {
     pub candidate_count: u32,
     /// The motion kind; [`MOTION_LINEAR`] in this version.
     pub motion: u32,
-    /// Zero in this version.
-    pub reserved: u32,
+    /// How many [`RigidRecord`]s follow the transforms; only in a sparse step.
+    pub rigid_count: u32,
     /// The time between the last step and this one, in the caller's time unit; zero when unknown.
     pub delta_time: f64,
+    /// How many [`VelocityRecord`]s follow.
+    pub velocity_count: u32,
+    /// Zero in this version.
+    pub reserved: u32,
 }
 
-const _: () = assert!(size_of::<StepHeader>() == 40);
+/// A body that moves rigidly from its last transform, and has none in this step: at the time t from 0 to 1 its vertices are at
+/// `centre + t·translate + Rot(axis, angle·t)·(v − centre)`, v being where they were. The transform at t = 1 is the start of the
+/// next step.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct RigidRecord {
+    /// The body.
+    pub body: u32,
+    /// Zero in this version.
+    pub reserved: u32,
+    /// Direction of the axis, of any length but zero.
+    pub axis: [f64; 3],
+    /// A point on the axis at t = 0.
+    pub centre: [f64; 3],
+    /// In radians, counterclockwise seen against the axis; may exceed π.
+    pub angle: f64,
+    /// How far the centre moves.
+    pub translate: [f64; 3],
+}
+
+/// How fast a body moves.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct VelocityRecord {
+    /// The body.
+    pub body: u32,
+    /// Zero in this version.
+    pub reserved: u32,
+    /// Of its centre of mass, in the caller's units of length and time.
+    pub linear: [f64; 3],
+    /// In radians over the caller's time unit, about the world's axes.
+    pub angular: [f64; 3],
+}
+
+const RIGID_WORDS: usize = size_of::<RigidRecord>() / size_of::<Word>();
+const VELOCITY_WORDS: usize = size_of::<VelocityRecord>() / size_of::<Word>();
+
+const _: () = assert!(size_of::<StepHeader>() == 48);
+const _: () = assert!(RIGID_WORDS == 11 && VELOCITY_WORDS == 7);
 const _: () = assert!(ROWS_WORDS == 12);
 
 /// How many words the ids of a sparse step with `transform_count` transforms take.
@@ -56,7 +102,12 @@ pub const fn id_words(transform_count: usize) -> usize {
     transform_count.div_ceil(2)
 }
 
-/// How many words the payload of a step takes.
+/// How many words the payload of a step takes, motions and velocities included.
+pub const fn payload_words(kind: u32, transform_count: usize, rigid_count: usize, velocity_count: usize) -> usize {
+    step_words(kind, transform_count) + rigid_count * RIGID_WORDS + velocity_count * VELOCITY_WORDS
+}
+
+/// How many words the ids and transforms of a step take.
 pub const fn step_words(kind: u32, transform_count: usize) -> usize {
     let ids = if kind == STEP_SPARSE { id_words(transform_count) } else { 0 };
     ids + transform_count * ROWS_WORDS

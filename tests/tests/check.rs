@@ -253,8 +253,8 @@ fn bad_scene_files_are_named() {
     scene = two_squares(json!([{ "c": IDENTITY }]));
     folder.check_scene(&scene).is_trouble(&["scene.json", "step 0", "\"c\""]);
     scene = two_squares(json!([{}]));
-    scene["effects"] = json!(["response"]);
-    folder.check_scene(&scene).is_trouble(&["scene.json", "\"response\"", "not computed by this version"]);
+    scene["effects"] = json!(["respond"]);
+    folder.check_scene(&scene).is_trouble(&["scene.json", "no effect \"respond\"", "\"response\""]);
     folder.write("broken.json", "{");
     folder.check(&["broken.json"]).is_trouble(&["broken.json", "line 1"]);
     folder.write("broken.toml", "objects = ");

@@ -117,7 +117,7 @@ fn steps_that_do_not_keep_to_the_protocol_are_refused_and_the_scene_goes_on() {
         (StepHeader { candidate_count: 0, ..good }, dense(), ErrorCode::BadStep, "0 candidate poses"),
         (StepHeader { candidate_count: 5, ..good }, dense(), ErrorCode::BadStep, "5 candidate poses"),
         (StepHeader { motion: 3, ..good }, dense(), ErrorCode::BadStep, "motion kind 3"),
-        (StepHeader { transform_count: 1, ..good }, dense(), ErrorCode::BadStep, "1 transforms take 12"),
+        (StepHeader { transform_count: 1, ..good }, dense(), ErrorCode::BadStep, "0 velocities take 12"),
         (StepHeader { transform_count: 0, ..good }, dense(), ErrorCode::BadStep, "24 words"),
         (StepHeader { transform_count: MAX_BODIES, ..good }, dense(), ErrorCode::BadStep, "24 words"),
         (too_many, dense(), ErrorCode::LimitExceeded, "1048577"),

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::report::{PolygonPair, Relation};
 use crate::workforce::Workforce;
+use contacts::TrianglePair;
 
 /// A set of effects. What is not asked for is not computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -26,6 +27,17 @@ impl Effects {
     /// Which body lies wholly inside the other, surfaces apart. Such a pair is interfering too.
     pub const CONTAINMENT: Effects = Effects(4);
 
+    /// The minimum distance and the nearest points.
+    pub const DISTANCE: Effects = Effects(8);
+    /// Where the bodies meet.
+    pub const CONTACTS: Effects = Effects(16);
+    /// A translation that takes the bodies apart.
+    pub const PENETRATION: Effects = Effects(32);
+    /// When the bodies first meet within the step.
+    pub const TIME_OF_CONTACT: Effects = Effects(64);
+    /// Impulses, and the velocities after.
+    pub const RESPONSE: Effects = Effects(128);
+
     /// The effects of both sets.
     #[must_use]
     pub const fn union(self, other: Effects) -> Effects {
@@ -35,6 +47,11 @@ impl Effects {
     /// Whether every effect of `other` is in this set.
     pub const fn contains(self, other: Effects) -> bool {
         self.0 & other.0 == other.0
+    }
+
+    /// Whether an effect is in both sets.
+    pub const fn meets(self, other: Effects) -> bool {
+        self.0 & other.0 != 0
     }
 
     /// Whether there is none.
@@ -51,6 +68,13 @@ pub(crate) struct Found {
     pub a: u32,
     pub b: u32,
     pub relation: Relation,
+}
+
+/// A pair of interfering triangles of the `pair`-th pair of bodies, for the effects that look at where the surfaces meet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Touching {
+    pub pair: u32,
+    pub triangles: TrianglePair,
 }
 
 /// Orders what the workers found, so that nothing of how they shared the work can be observed, and keeps each polygon pair

@@ -11,7 +11,7 @@
 //!
 //! | each step | |
 //! |---|---|
-//! | 1. [`scene`], [`motion`] | transforms in |
+//! | 1. [`scene`], [`transforms`], [`motion`] | transforms in |
 //! | 2. [`global_boxes`] | global bounding boxes |
 //! | 3. [`broad_phase`] | overlapping boxes |
 //! | 4. [`interest`] | the pairs that matter |
@@ -19,7 +19,7 @@
 //! | 6. `voxel_pairs` | pairs of voxels that reach each other |
 //! | 7. `polygon_pairs` | pairs of polygons |
 //! | 8. [`polygon_test`], [`predicates`] | exact polygon tests |
-//! | 9. [`effects`] | the effects asked for: [`containment`](effects::containment) |
+//! | 9. [`effects`] | the effects asked for, a file for each |
 //! | 10. [`report`] | report out |
 //!
 //! [`brute_force`] holds the twins of the accelerated stages.
@@ -37,6 +37,7 @@ pub mod voxel_matrix;
 mod voxel_slabs;
 
 pub mod scene;
+pub mod transforms;
 pub mod global_boxes;
 pub mod broad_phase;
 pub mod interest;
@@ -59,8 +60,10 @@ pub use effects::containment::Containment;
 pub use glam;
 pub use interest::{GroupId, Interest};
 pub use mesh::PolygonMesh;
+pub use motion::{Motion, MotionError};
 pub use object::{Object, ObjectError, Progress};
 pub use report::{Level, PairResult, PolygonPair, Relation, Report, StageCounts, StageTimes, Verdict};
-pub use scene::{BodyId, Scene, StepError, Transforms, UnknownBody};
+pub use scene::{Accuracy, BodyId, Dynamics, Scene, UnknownBody};
 pub use step::{Clock, NoClock};
+pub use transforms::{RigidMotion, StepError, StepInput, Transforms};
 pub use workforce::Workforce;

@@ -2,8 +2,14 @@
 
 use std::ops::Range;
 
+use crate::effects::contacts::Contacts;
 use crate::effects::containment::Containment;
+use crate::effects::distance::Distance;
+use crate::effects::penetration::Penetration;
+use crate::effects::response::{Impulse, Velocity};
+use crate::effects::time_of_contact::TimeOfContact;
 use crate::scene::BodyId;
+use crate::step::{Results, StepResponse};
 
 /// How two polygons, or two bodies, meet; the weakest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -90,6 +96,16 @@ pub struct StageCounts {
     pub exact_tests: u64,
     /// Pairs of bodies, their surfaces apart, of which it was asked whether one is inside the other.
     pub containment_tests: u64,
+    /// Pairs of bodies of which the minimum distance was sought.
+    pub distance_searches: u64,
+    /// Pairs of bodies whose regions of contact were found.
+    pub contact_pairs: u64,
+    /// Pairs of bodies for which a separating translation was sought.
+    pub penetration_searches: u64,
+    /// Pairs of bodies whose first contact over the motion was sought.
+    pub time_searches: u64,
+    /// Points at which impulses were computed.
+    pub response_points: u64,
     /// Interfering pairs of bodies.
     pub interfering_pairs: u64,
     /// Interfering pairs of polygons in the report.
@@ -115,11 +131,38 @@ pub struct StageTimes {
     pub effects: u64,
 }
 
-/// What a step found: a view into the scene's memory.
+impl StageCounts {
+    /// Adds what another thread has counted.
+    pub(crate) fn add(&mut self, other: &StageCounts) {
+        let StageCounts { boxes, broad_pairs, interest_pairs, container_pairs, voxels_visited, .. } = *other;
+        let StageCounts { voxel_pairs, polygon_candidates, exact_tests, containment_tests, .. } = *other;
+        let StageCounts { distance_searches, contact_pairs, penetration_searches, time_searches, .. } = *other;
+        let StageCounts { response_points, interfering_pairs, polygon_pairs, .. } = *other;
+        self.boxes += boxes;
+        self.broad_pairs += broad_pairs;
+        self.interest_pairs += interest_pairs;
+        self.container_pairs += container_pairs;
+        self.voxels_visited += voxels_visited;
+        self.voxel_pairs += voxel_pairs;
+        self.polygon_candidates += polygon_candidates;
+        self.exact_tests += exact_tests;
+        self.containment_tests += containment_tests;
+        self.distance_searches += distance_searches;
+        self.contact_pairs += contact_pairs;
+        self.penetration_searches += penetration_searches;
+        self.time_searches += time_searches;
+        self.response_points += response_points;
+        self.interfering_pairs += interfering_pairs;
+        self.polygon_pairs += polygon_pairs;
+    }
+}
+
+/// What a step found: a view into the scene's memory. Records of an effect name a pair by its place in [`pairs`](Self::pairs),
+/// and come in the order of the pairs.
 #[derive(Debug, Clone, Copy)]
 pub struct Report<'s> {
-    pub(crate) pairs: &'s [PairResult],
-    pub(crate) polygon_pairs: &'s [PolygonPair],
+    pub(crate) results: &'s Results,
+    pub(crate) response: &'s StepResponse,
     pub(crate) counts: &'s StageCounts,
     pub(crate) times: &'s StageTimes,
 }
@@ -127,17 +170,57 @@ pub struct Report<'s> {
 impl<'s> Report<'s> {
     /// The pairs not proven clear, and those of which an effect has something to say, ordered by `(a, b)`, `a < b`.
     pub fn pairs(&self) -> &'s [PairResult] {
-        self.pairs
+        &self.results.pairs
     }
 
     /// The polygon pairs of a pair of this report, ordered by `(a, b)`; none unless asked for.
     pub fn polygon_pairs(&self, pair: &PairResult) -> &'s [PolygonPair] {
-        &self.polygon_pairs[pair.polygon_pairs.clone()]
+        &self.results.polygon_pairs[pair.polygon_pairs.clone()]
     }
 
     /// Number of polygon pairs over all pairs.
     pub fn polygon_pair_count(&self) -> usize {
-        self.polygon_pairs.len()
+        self.results.polygon_pairs.len()
+    }
+
+    /// Minimum distances.
+    pub fn distances(&self) -> &'s [(u32, Distance)] {
+        &self.results.distances
+    }
+
+    /// Times of first contact, of pairs that are not proven free over the whole step.
+    pub fn times_of_contact(&self) -> &'s [(u32, TimeOfContact)] {
+        &self.results.times
+    }
+
+    /// Regions of contact: which of [`contacts`](Self::contacts) are of a pair.
+    pub fn regions(&self) -> &'s [(u32, Range<usize>)] {
+        &self.results.regions
+    }
+
+    /// The regions of all pairs, those of one pair together.
+    pub fn contacts(&self) -> &'s Contacts {
+        &self.results.contacts
+    }
+
+    /// Translations that take pairs apart.
+    pub fn penetrations(&self) -> &'s [(u32, Penetration)] {
+        &self.results.penetrations
+    }
+
+    /// Impulses at contacts.
+    pub fn impulses(&self) -> &'s [(u32, Impulse)] {
+        &self.response.impulses
+    }
+
+    /// Velocities after, of the bodies with mass that an impulse has reached; ascending.
+    pub fn velocities(&self) -> &'s [(BodyId, Velocity)] {
+        &self.response.velocities
+    }
+
+    /// A body whose inertia, where it stands, is not positive definite: there is no response then.
+    pub fn response_fault(&self) -> Option<BodyId> {
+        self.response.fault
     }
 
     /// How many things each stage looked at.

@@ -1,5 +1,9 @@
 //! The step: stages 3 to 10, one after the other.
 
+mod conclusion;
+mod reach;
+mod response;
+mod results;
 mod worker;
 
 use std::ops::Range;
@@ -9,12 +13,16 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::prelude::*;
 
 use crate::broad_phase::BroadPhase;
-use crate::effects::containment::Containment;
-use crate::effects::{Effects, Found, order};
+use crate::effects::{Effects, Found, Touching, order};
 use crate::global_boxes::GlobalBox;
-use crate::report::{Level, PairResult, PolygonPair, Report, StageCounts, StageTimes, Verdict};
-use crate::scene::Body;
+use crate::motion::Motion;
+use crate::report::{Report, StageCounts, StageTimes};
+use crate::scene::{Accuracy, Body};
+use crate::transforms::{RigidMotion, motion};
 use crate::workforce::Workforce;
+use reach::{FAR, Reach};
+pub(crate) use response::StepResponse;
+pub(crate) use results::Results;
 use worker::{Task, Worker};
 
 /// Tells the time. The kernel has no clock of its own.
@@ -35,20 +43,46 @@ impl Clock for NoClock {
     }
 }
 
+/// What the stages look at: the scene after its bodies have moved.
+#[derive(Clone, Copy)]
+pub(crate) struct World<'s> {
+    pub bodies: &'s [Body],
+    /// The global bounding box of each.
+    pub boxes: &'s [GlobalBox],
+    /// Effects of pairs without a rule of their own.
+    pub effects: Effects,
+    /// All effects that any pair may ask for.
+    pub asked: Effects,
+    pub accuracy: &'s Accuracy,
+    /// The rigid motions of the step.
+    pub rigid: &'s [RigidMotion],
+    /// Number of the step.
+    pub step: u64,
+}
+
+impl World<'_> {
+    /// How a body has moved in this step.
+    pub fn motion(&self, body: u32) -> Motion {
+        motion(&self.bodies[body as usize], self.rigid, self.step)
+    }
+}
+
 /// A pair of bodies that matters: indices into the scene's bodies, and what is asked for.
 #[derive(Debug)]
 pub(crate) struct Kept {
     pub a: u32,
     pub b: u32,
     pub effects: Effects,
+    /// Whether the global bounding boxes overlap; if not, the bodies are proven apart, and only effects that look farther are
+    /// of interest.
+    pub overlapping: bool,
     /// Set when a common point is proven.
     pub interfering: AtomicBool,
 }
 
 impl Kept {
-    /// Whether stage 9 has more to do than to order its polygon pairs.
-    fn is_to_conclude(&self) -> bool {
-        self.effects.contains(Effects::CONTAINMENT) && !self.interfering.load(Ordering::Relaxed)
+    pub fn is_interfering(&self) -> bool {
+        self.interfering.load(Ordering::Relaxed)
     }
 }
 
@@ -56,49 +90,44 @@ impl Kept {
 #[derive(Debug, Default)]
 pub(crate) struct Step {
     broad_phase: BroadPhase,
+    reach: Reach,
     kept: Vec<Kept>,
     tasks: Vec<Task>,
     /// One per thread of the workforce, and one for the caller.
     workers: Vec<Mutex<Worker>>,
-    /// Pairs that stage 9 looks at.
-    concluding: Vec<u32>,
     found: Vec<Found>,
-    contained: Vec<(u32, Containment)>,
-    pairs: Vec<PairResult>,
-    polygon_pairs: Vec<PolygonPair>,
+    touching: Vec<Touching>,
+    /// Pairs that stage 9 looks at, and which of `touching` are theirs.
+    concluding: Vec<(u32, Range<usize>)>,
+    results: Results,
+    response: StepResponse,
     counts: StageCounts,
     times: StageTimes,
 }
 
 impl Step {
     /// Runs the stages; `start` is when stage 1 began, `boxes` how many global bounding boxes it computed.
-    pub fn run(
-        &mut self,
-        bodies: &[Body],
-        boxes: &[GlobalBox],
-        effects: Effects,
-        clock: &dyn Clock,
-        start: u64,
-        box_count: u64,
-    ) {
+    pub fn run(&mut self, world: World<'_>, clock: &dyn Clock, start: u64, box_count: u64) {
         let mut stopwatch = Stopwatch { clock, last: start };
         self.counts = StageCounts { boxes: box_count, ..StageCounts::default() };
         self.times = StageTimes { boxes: stopwatch.lap(), ..StageTimes::default() };
-        let overlapping = self.broad_phase.overlapping_boxes(boxes);
+        let overlapping = self.broad_phase.overlapping_boxes(world.boxes);
         self.counts.broad_pairs = overlapping.len() as u64;
+        let farther = self.reach.pairs(&world);
         self.times.broad_phase = stopwatch.lap();
-        keep(overlapping, bodies, effects, &mut self.kept);
+        keep(overlapping, farther, &world, &mut self.kept);
         self.counts.interest_pairs = self.kept.len() as u64;
         self.times.interest = stopwatch.lap();
-        self.compare(bodies, clock);
+        self.compare(world.bodies, clock);
         stopwatch.lap();
-        self.conclude(bodies, clock);
-        self.collect(bodies, clock);
+        self.gather(clock);
+        self.conclude(world, clock);
+        self.collect(world);
         self.times.effects = stopwatch.lap();
     }
 
     pub fn report(&self) -> Report<'_> {
-        Report { pairs: &self.pairs, polygon_pairs: &self.polygon_pairs, counts: &self.counts, times: &self.times }
+        Report { results: &self.results, response: &self.response, counts: &self.counts, times: &self.times }
     }
 
     /// Stages 5 to 8 of all pairs. A light step is done by the caller, before another thread would have woken up; the rest is
@@ -106,7 +135,8 @@ impl Step {
     fn compare(&mut self, bodies: &[Body], clock: &dyn Clock) {
         self.workers.resize_with(clock.threads() + 1, Mutex::default);
         self.tasks.clear();
-        self.tasks.extend((0..self.kept.len() as u32).rev().map(Task::whole_pair));
+        let overlapping = self.kept.iter().enumerate().rev().filter(|(_, kept)| kept.overlapping);
+        self.tasks.extend(overlapping.map(|(pair, _)| Task::whole_pair(pair as u32)));
         self.compare_alone(bodies, clock);
         while !self.tasks.is_empty() {
             for tasks in self.tasks.chunks(TASKS_AT_ONCE) {
@@ -134,63 +164,56 @@ impl Step {
         }
     }
 
-    /// Stage 9 of the pairs that ask for it.
-    fn conclude(&mut self, bodies: &[Body], clock: &dyn Clock) {
-        let numbered = (0..).zip(&self.kept);
+    /// What the workers found in stage 8, in the order of the report.
+    fn gather(&mut self, clock: &dyn Clock) {
+        self.found.clear();
+        self.touching.clear();
+        for worker in &mut self.workers {
+            let worker = get_mut(worker);
+            self.found.append(&mut worker.found);
+            self.touching.append(&mut worker.touching);
+        }
+        order(&mut self.found, clock);
+        self.touching.sort_unstable();
+        self.touching.dedup();
+    }
+
+    /// Stage 9 of the pairs that ask for more than their polygon pairs.
+    fn conclude(&mut self, world: World<'_>, clock: &dyn Clock) {
         self.concluding.clear();
-        self.concluding.extend(numbered.filter(|(_, kept)| kept.is_to_conclude()).map(|(pair, _)| pair));
+        let mut first = 0;
+        for (pair, kept) in (0..).zip(&self.kept) {
+            let touching = run(&self.touching, &mut first, |touching| touching.pair == pair);
+            if conclusion::is_needed(kept) {
+                self.concluding.push((pair, touching));
+            }
+        }
+        if let [(pair, touching)] = &self.concluding[..] {
+            let mut worker = own_worker(&self.workers);
+            return worker.conclusion.add(*pair, &self.kept[*pair as usize], &self.touching[touching.clone()], world);
+        }
         for pairs in self.concluding.chunks(TASKS_AT_ONCE) {
             clock.share(&mut || {
-                pairs.par_iter().for_each(|&pair| {
+                pairs.par_iter().for_each(|(pair, touching)| {
                     let mut worker = own_worker(&self.workers);
-                    worker.conclude(pair, &self.kept[pair as usize], bodies);
+                    worker.conclusion.add(*pair, &self.kept[*pair as usize], &self.touching[touching.clone()], world);
                 });
             });
         }
     }
 
-    /// What the workers found, in the order of the report.
-    fn collect(&mut self, bodies: &[Body], clock: &dyn Clock) {
-        self.found.clear();
-        self.contained.clear();
+    /// Stage 10: the report, put together from what all threads have found.
+    fn collect(&mut self, world: World<'_>) {
+        self.results.clear();
         for worker in &mut self.workers {
             let worker = get_mut(worker);
-            self.found.append(&mut worker.found);
-            self.contained.append(&mut worker.contained);
+            self.results.take(&mut worker.conclusion);
             worker.report_to(&mut self.counts, &mut self.times);
         }
-        order(&mut self.found, clock);
-        self.contained.sort_unstable_by_key(|&(pair, _)| pair);
-        self.polygon_pairs.clear();
-        self.polygon_pairs.extend(self.found.iter().map(PolygonPair::from));
-        self.pairs.clear();
-        let (mut first_found, mut first_contained) = (0, 0);
-        for (pair, kept) in (0..).zip(&self.kept) {
-            let polygon_pairs = run(&self.found, &mut first_found, |found| found.pair == pair);
-            let containment = run(&self.contained, &mut first_contained, |&(of, _)| of == pair);
-            let containment = self.contained[containment].first().map(|&(_, containment)| containment);
-            let relation = self.found[polygon_pairs.clone()].iter().map(|found| found.relation).max();
-            let touching = kept.interfering.load(Ordering::Relaxed);
-            let inside = containment.is_some_and(Containment::is_proven);
-            if !touching && containment.is_none_or(|containment| containment == Containment::None) {
-                continue;
-            }
-            self.pairs.push(PairResult {
-                a: bodies[kept.a as usize].id,
-                b: bodies[kept.b as usize].id,
-                verdict: if touching || inside { Verdict::Interfering } else { Verdict::Clear },
-                level: Level::Polygons,
-                relation,
-                containment: kept
-                    .effects
-                    .contains(Effects::CONTAINMENT)
-                    .then(|| containment.unwrap_or(Containment::None)),
-                polygon_pairs,
-            });
-        }
-        self.counts.interfering_pairs =
-            self.pairs.iter().filter(|pair| pair.verdict == Verdict::Interfering).count() as u64;
-        self.counts.polygon_pairs = self.polygon_pairs.len() as u64;
+        self.results.take_regions(&mut self.workers);
+        self.results.list(world.bodies, &self.kept, &self.found);
+        self.response.solve(&mut self.results, &self.kept, world.bodies);
+        self.results.count(&mut self.counts);
     }
 }
 
@@ -222,14 +245,20 @@ fn get_mut(worker: &mut Mutex<Worker>) -> &mut Worker {
     worker.get_mut().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Stage 4: the pairs that matter.
-fn keep(overlapping: &[(u32, u32)], bodies: &[Body], scene: Effects, kept: &mut Vec<Kept>) {
+/// Stage 4: the pairs that matter, ordered. `farther` holds all of `overlapping`, or nothing.
+fn keep(overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>, kept: &mut Vec<Kept>) {
     kept.clear();
-    kept.extend(overlapping.iter().filter_map(|&(a, b)| {
-        let (first, second) = (&bodies[a as usize], &bodies[b as usize]);
-        let effects = first.interest.effects(second.id, &second.interest, scene);
-        (!effects.is_empty()).then_some(Kept { a, b, effects, interfering: AtomicBool::new(false) })
-    }));
+    let pair = |a: u32, b: u32, overlapping: bool| {
+        let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
+        let effects = first.interest.effects(second.id, &second.interest, world.effects);
+        let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
+        matters.then_some(Kept { a, b, effects, overlapping, interfering: AtomicBool::new(false) })
+    };
+    if farther.is_empty() {
+        return kept.extend(overlapping.iter().filter_map(|&(a, b)| pair(a, b, true)));
+    }
+    let mut next = overlapping.iter().peekable();
+    kept.extend(farther.iter().filter_map(|&far| pair(far.0, far.1, next.next_if_eq(&&far).is_some())));
 }
 
 pub(crate) struct Stopwatch<'c> {

@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use collided_client::{BodyId, BodySpec, Client, Scene};
+use collided_client::{BodyId, BodySpec, Client, Report, Scene, StepInput};
 use collided_protocol::names::DEFAULT_INSTANCE;
 
 use crate::own_process::{INTERRUPTED, Interrupt};
 use crate::private_daemon::PrivateDaemon;
-use crate::scene_file::SceneFile;
+use crate::scene_file::{SceneFile, Step};
 use error::CheckError;
 use objects::Objects;
 use output::{Output, PairEffects, StepResult};
@@ -28,7 +28,8 @@ const STEP_DEADLINE: Duration = Duration::from_secs(3600);
 
 /// Checks scene files.
 ///
-/// Exit status: 0 no pair interferes in any step, 1 some pair does, or may, 2 trouble, with the reason on stderr.
+/// Exit status: 0 no pair interferes in any step or at any asked time of contact, 1 some pair does, or may, 2 trouble, with the
+/// reason on stderr.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Scene files, TOML or JSON by their ending.
@@ -121,23 +122,31 @@ fn check_scene(
     let effects = PairEffects::of(&file);
     output.begin(path, &file)?;
     let mut outcome = Outcome::Clear;
-    for (index, poses) in file.steps.iter().enumerate() {
+    for (index, step) in file.steps.iter().enumerate() {
         if interrupt.is_raised() {
             return Err(CheckError::Interrupted);
         }
-        let transforms: Vec<_> = poses.iter().map(|pose| (bodies[pose.body], pose.rows)).collect();
-        let report = scene.step_sparse(&transforms).map_err(|source| CheckError::Step {
+        let report = take(&mut scene, &bodies, step).map_err(|source| CheckError::Step {
             path: path.to_owned(),
             step: index,
             source: source.into(),
         })?;
-        if !report.is_clear() {
+        let result = StepResult { path, index, file: &file, bodies: &bodies, effects: &effects, report: &report };
+        if result.is_interfering() {
             outcome = Outcome::Interfering;
         }
-        output.step(&StepResult { path, index, file: &file, bodies: &bodies, effects: &effects, report: &report })?;
+        output.step(&result)?;
     }
     output.end()?;
     Ok(outcome)
+}
+
+fn take(scene: &mut Scene, bodies: &[BodyId], step: &Step) -> Result<Report, collided_client::Error> {
+    let transforms: Vec<_> = step.poses.iter().map(|pose| (bodies[pose.body], pose.rows)).collect();
+    let rigid: Vec<_> = step.motions.iter().map(|&(body, motion)| (bodies[body], motion)).collect();
+    let velocities: Vec<_> = step.velocities.iter().map(|&(body, velocity)| (bodies[body], velocity)).collect();
+    let (transforms, rigid, velocities) = (&transforms[..], &rigid[..], &velocities[..]);
+    scene.step_with(&StepInput { transforms, rigid, velocities, delta_time: step.delta_time })
 }
 
 /// The scene of a file in the daemon, and its bodies in the order of the file.
@@ -162,5 +171,8 @@ fn create(
     let bodies = scene.add_bodies(&specs)?;
     let rules: Vec<_> = file.interest.iter().map(|rule| (bodies[rule.a], bodies[rule.b], rule.interest)).collect();
     scene.set_interest(&rules)?;
+    scene.set_accuracy(file.accuracy)?;
+    let dynamics: Vec<_> = file.dynamics.iter().map(|&(body, dynamics)| (bodies[body], Some(dynamics))).collect();
+    scene.set_dynamics(&dynamics)?;
     Ok((scene, bodies))
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io;
 use std::path::Path;
 
-use collided_client::{BodyId, Containment, Interest, Level, PolygonPair, Relation, Report, Verdict};
+use collided_client::{BodyId, Interest, Report, Verdict};
 use collided_protocol::{Effect, Effects};
 
 use crate::scene_file::SceneFile;
@@ -34,35 +34,33 @@ pub(super) struct StepResult<'a> {
 pub(super) struct Pair<'a> {
     pub a: &'a str,
     pub b: &'a str,
-    pub verdict: Verdict,
-    pub level: Level,
-    /// `None` when not asked for.
-    pub polygon_pairs: Option<PolygonPairs>,
-    /// `None` when not asked for.
-    pub containment: Option<Containment>,
-}
-
-/// What the effect `polygon_pairs` tells of a pair.
-pub(super) struct PolygonPairs {
-    pub relation: Relation,
-    pub pairs: Vec<PolygonPair>,
+    /// What was asked for.
+    pub effects: Effects,
+    /// What the report says.
+    pub found: collided_client::Pair<'a>,
 }
 
 impl<'a> StepResult<'a> {
-    /// The pairs that are not proven clear, in the order of the report.
+    /// The pairs of the report, in its order.
     pub fn pairs(&self) -> impl Iterator<Item = Pair<'a>> {
         let (file, bodies, effects) = (self.file, self.bodies, self.effects);
         self.report.pairs().map(move |pair| {
             // The daemon reports on no bodies but those of the scene, which are these.
             let [a, b] = [pair.a(), pair.b()].map(|id| bodies.partition_point(|&other| other < id));
             let effects = effects.of_pair(a, b);
-            let polygon_pairs = effects
-                .contains(Effect::PolygonPairs)
-                .then(|| PolygonPairs { relation: pair.relation(), pairs: pair.polygon_pairs().collect() });
-            let containment = effects.contains(Effect::Containment).then(|| pair.containment());
             let [a, b] = [a, b].map(|place| file.bodies[place].name.as_str());
-            Pair { a, b, verdict: pair.verdict(), level: pair.level(), polygon_pairs, containment }
+            Pair { a, b, effects, found: pair }
         })
+    }
+
+    /// Whether a pair interferes at the end of the step, or meets, or may meet, on the way.
+    pub fn is_interfering(&self) -> bool {
+        self.report.pairs().any(|pair| pair.verdict() != Verdict::Clear || pair.time_of_contact().is_some())
+    }
+
+    /// The name of a body.
+    pub fn name(&self, body: BodyId) -> &'a str {
+        &self.file.bodies[self.bodies.partition_point(|&other| other < body)].name
     }
 }
 

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use collided_client::{Containment, TimeOfContact};
 use collided_protocol::Effect;
 
 use super::output::{Output, Pair, PairEffects, StepResult};
@@ -15,9 +16,8 @@ pub(super) struct Table<W> {
     writer: W,
     /// Width of the columns of body names, in characters.
     name_width: usize,
-    /// Whether there are columns for relation and polygon pairs, and one for containment.
+    /// Whether there are columns for relation and polygon pairs.
     with_polygon_pairs: bool,
-    with_containment: bool,
     steps: usize,
     interfering_steps: usize,
     scenes: usize,
@@ -25,56 +25,59 @@ pub(super) struct Table<W> {
 
 impl<W: Write> Table<W> {
     pub fn new(writer: W) -> Table<W> {
-        Table {
-            writer,
-            name_width: 0,
-            with_polygon_pairs: false,
-            with_containment: false,
-            steps: 0,
-            interfering_steps: 0,
-            scenes: 0,
-        }
+        Table { writer, name_width: 0, with_polygon_pairs: false, steps: 0, interfering_steps: 0, scenes: 0 }
     }
 
-    fn row(
-        &mut self,
-        step: &str,
-        names: [&str; 2],
-        verdict: &str,
-        polygons: [&str; 2],
-        containment: &str,
-    ) -> io::Result<()> {
+    fn row(&mut self, step: &str, names: [&str; 2], verdict: &str, polygons: [&str; 2], more: &str) -> io::Result<()> {
         let ([a, b], [relation, count], width) = (names, polygons, self.name_width);
         let mut line = format!("{step:>6}  {a:width$}  {b:width$}  {verdict:11}");
         if self.with_polygon_pairs {
             line += &format!("  {relation:8}  {count:>13}");
         }
-        if self.with_containment {
-            line += &format!("  {containment}");
-        }
+        line += &format!("  {more}");
         writeln!(self.writer, "{}", line.trim_end())
     }
 
     fn pair(&mut self, step: &str, pair: &Pair<'_>) -> io::Result<()> {
-        let (relation, count) = match &pair.polygon_pairs {
-            Some(polygons) => (polygons.relation.name(), polygons.pairs.len().to_string()),
-            None => ("", String::new()),
+        let (relation, count) = match pair.effects.contains(Effect::PolygonPairs) {
+            true => (pair.found.relation().name(), pair.found.polygon_pairs().len().to_string()),
+            false => ("", String::new()),
         };
-        let containment = pair.containment.map_or(String::new(), |containment| match containment.reason() {
-            Some(reason) => format!("{}: {reason}", containment.name()),
-            None => containment.name().to_owned(),
-        });
-        self.row(step, [pair.a, pair.b], pair.verdict.name(), [relation, &count], &containment)
+        let verdict = pair.found.verdict().name();
+        self.row(step, [pair.a, pair.b], verdict, [relation, &count], &more(pair).join("; "))
     }
+}
+
+/// What the effects say of a pair, in a few words each.
+fn more(pair: &Pair<'_>) -> Vec<String> {
+    let found = &pair.found;
+    let mut more = Vec::new();
+    if pair.effects.contains(Effect::Containment) && found.containment() != Containment::None {
+        let reason = found.containment().reason().map_or(String::new(), |reason| format!(": {reason}"));
+        more.push(format!("{}{reason}", found.containment().name()));
+    }
+    more.extend(found.distance().map(|distance| format!("distance {}", distance.value)));
+    if pair.effects.contains(Effect::Contacts) {
+        more.push(counted(found.contacts().len(), "contact region", "contact regions"));
+    }
+    more.extend(found.penetration().map(|penetration| format!("penetration {}", penetration.depth)));
+    more.extend(found.time_of_contact().map(|time| match time {
+        TimeOfContact::Contact { lo, hi } => format!("first contact at {lo} to {hi} of the step"),
+        TimeOfContact::Possible { lo, hi, distance } => {
+            format!("first contact possible at {lo} to {hi} of the step, {distance} apart")
+        }
+    }));
+    if pair.effects.contains(Effect::Response) {
+        more.push(counted(found.impulses().len(), "impulse", "impulses"));
+    }
+    more
 }
 
 impl<W: Write> Output for Table<W> {
     fn begin(&mut self, path: &Path, file: &SceneFile) -> io::Result<()> {
         let names = file.bodies.iter().map(|body| body.name.as_str()).chain(NAME_HEADINGS);
         self.name_width = names.map(|name| name.chars().count()).max().unwrap_or(0);
-        let effects = PairEffects::of(file);
-        self.with_polygon_pairs = effects.any(Effect::PolygonPairs);
-        self.with_containment = effects.any(Effect::Containment);
+        self.with_polygon_pairs = PairEffects::of(file).any(Effect::PolygonPairs);
         (self.steps, self.interfering_steps) = (0, 0);
         if self.scenes > 0 {
             writeln!(self.writer)?;
@@ -83,13 +86,13 @@ impl<W: Write> Output for Table<W> {
         let (bodies, steps) =
             (counted(file.bodies.len(), "body", "bodies"), counted(file.steps.len(), "step", "steps"));
         writeln!(self.writer, "{}: {bodies}, {steps}", path.display())?;
-        self.row("step", NAME_HEADINGS, "verdict", ["relation", "polygon pairs"], "containment")
+        self.row("step", NAME_HEADINGS, "verdict", ["relation", "polygon pairs"], "")
     }
 
     fn step(&mut self, result: &StepResult<'_>) -> io::Result<()> {
         let mut step = result.index.to_string();
         self.steps += 1;
-        self.interfering_steps += usize::from(!result.report.is_clear());
+        self.interfering_steps += usize::from(result.is_interfering());
         if result.report.pairs().len() == 0 {
             return self.row(&step, ["-", "-"], "clear", ["", ""], "");
         }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::values::{Entries, Step, Table};
+use super::values::{Entries, Number, Step, Table, Velocity};
 
 /// A scene file.
 #[derive(Deserialize)]
@@ -38,6 +38,21 @@ pub(super) struct Body {
     pub name: String,
     pub object: String,
     pub group: Option<String>,
+    pub dynamics: Option<Dynamics>,
+    /// At first; a step may bring another one.
+    pub velocity: Option<Velocity>,
+}
+
+/// Mass, for the effect `response`: with centre and inertia, or by density.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Dynamics {
+    pub mass: Option<Number>,
+    pub centre: Option<Vec<Number>>,
+    pub inertia: Option<Table>,
+    pub density: Option<Number>,
+    pub restitution: Option<Number>,
+    pub friction: Option<Number>,
 }
 
 /// A pair of bodies with a rule of its own.
@@ -56,9 +71,10 @@ pub(super) struct Rule {
 pub(super) struct Accuracy {
     pub level: Option<String>,
     pub order: Option<IgnoredAny>,
-    pub distance_tolerance: Option<IgnoredAny>,
-    pub time_tolerance: Option<IgnoredAny>,
-    pub iterations: Option<IgnoredAny>,
+    pub distance_tolerance: Option<Number>,
+    pub distance_up_to: Option<Number>,
+    pub time_tolerance: Option<Number>,
+    pub iterations: Option<u32>,
     pub budget_us: Option<IgnoredAny>,
 }
 

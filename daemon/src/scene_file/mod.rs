@@ -14,9 +14,10 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+use collided_client::{RigidMotion, Velocity};
 use collided_kernel::PolygonMesh;
 use collided_protocol::Effects;
-use collided_protocol::control::Interest;
+use collided_protocol::control::{Accuracy, Dynamics, Interest};
 use collided_protocol::step::Rows;
 
 pub use error::SceneFileError;
@@ -32,8 +33,12 @@ pub struct SceneFile {
     pub effects: Effects,
     /// Pairs with a rule of their own.
     pub interest: Vec<Rule>,
+    /// How exactly effects are computed.
+    pub accuracy: Accuracy,
+    /// Bodies with mass, by place in `bodies`.
+    pub dynamics: Vec<(usize, Dynamics)>,
     /// The steps, in order. A body that a step does not name keeps its last transform.
-    pub steps: Vec<Vec<Pose>>,
+    pub steps: Vec<Step>,
 }
 
 /// An object of a scene file.
@@ -85,6 +90,19 @@ pub struct Pose {
     pub body: usize,
     /// Body frame to world.
     pub rows: Rows,
+}
+
+/// A step. Bodies are given by place in [`SceneFile::bodies`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Step {
+    /// Transforms at its end.
+    pub poses: Vec<Pose>,
+    /// Bodies that turn on their way, from their last transforms.
+    pub motions: Vec<(usize, RigidMotion)>,
+    /// Velocities.
+    pub velocities: Vec<(usize, Velocity)>,
+    /// Its length in time; 0 when not given.
+    pub delta_time: f64,
 }
 
 /// What a scene file is written in.

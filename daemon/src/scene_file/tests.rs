@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use collided_protocol::control::Interest;
+use collided_protocol::control::{Interest, Mass};
 use collided_protocol::{Effect, Effects};
 
 use super::{SceneFile, SceneFileError, Source, document, validate};
@@ -65,8 +65,11 @@ fn json_and_toml_mean_the_same() {
     assert_eq!(scene_json.effects, Effects::NONE.with(Effect::Interference).with(Effect::PolygonPairs));
     let interest: Vec<_> = scene_json.interest.iter().map(|rule| (rule.a, rule.b, rule.interest)).collect();
     assert_eq!(interest, [(1, 0, Interest::Effects(Effect::Interference.into())), (1, 2, Interest::Ignore)]);
-    let steps: Vec<Vec<_>> =
-        scene_json.steps.iter().map(|step| step.iter().map(|pose| (pose.body, pose.rows[2][3])).collect()).collect();
+    let steps: Vec<Vec<_>> = scene_json
+        .steps
+        .iter()
+        .map(|step| step.poses.iter().map(|pose| (pose.body, pose.rows[2][3])).collect())
+        .collect();
     assert_eq!(steps, [vec![(0, 0.0), (1, 0.0)], vec![(1, -2.0)], vec![]]);
 }
 
@@ -83,7 +86,7 @@ fn numbers_are_rounded_once_and_may_be_infinite() {
     let text = one_step(
         r#"{"b":[[0.1,123456789012345678,9007199254740993,0.3e-1],["NaN","Infinity","-Infinity",8.41470984807896506652502321630298999622563060798371065672751709991910404391239668948639743543052695],[18446744073709551616,-9223372036854775808,-0.0,2.2250738585072011e-308]]}"#,
     );
-    let rows = scene(&text, true).unwrap().steps[0][0].rows;
+    let rows = scene(&text, true).unwrap().steps[0].poses[0].rows;
     assert_eq!(rows[0], [0.1, 123456789012345680.0, 9007199254740992.0, 0.03]);
     assert!(rows[1][0].is_nan());
     assert_eq!(rows[1][1..], [f64::INFINITY, f64::NEG_INFINITY, 8.414709848078965]);
@@ -94,7 +97,7 @@ fn numbers_are_rounded_once_and_may_be_infinite() {
 #[test]
 fn toml_numbers_may_be_infinite_too() {
     let text = TOML.replace("[0,0,1,-2]", r#"[nan, inf, "-Infinity", 0.1]"#);
-    let row = scene(&text, false).unwrap().steps[1][0].rows[2];
+    let row = scene(&text, false).unwrap().steps[1].poses[0].rows[2];
     assert!(row[0].is_nan());
     assert_eq!(row[1..], [f64::INFINITY, f64::NEG_INFINITY, 0.1]);
 }
@@ -102,7 +105,7 @@ fn toml_numbers_may_be_infinite_too() {
 #[test]
 fn a_body_may_be_called_poses() {
     let text = one_step(r#"{"poses":[[1,0,0,7],[0,1,0,0],[0,0,1,0]]}"#);
-    assert_eq!(scene(&text, true).unwrap().steps[0][0].rows[0][3], 7.0);
+    assert_eq!(scene(&text, true).unwrap().steps[0].poses[0].rows[0][3], 7.0);
 }
 
 #[test]
@@ -146,26 +149,39 @@ fn interest_that_does_not_fit_is_named() {
     refused("[\"b\", \"c\"]", "[\"a\", \"b\"]", &["interest 1", "has a rule already"]);
     refused(
         "\"effects\": [\"interference\"]",
-        "\"effects\": [\"distance\"]",
-        &["interest 0", "\"distance\" is not computed"],
+        "\"effects\": [\"distances\"]",
+        &["interest 0", "no effect \"distances\"", "\"distance\""],
     );
 }
 
 #[test]
 fn what_a_later_version_computes_is_refused_by_name() {
-    refused(
-        "\"polygon_pairs\"]",
-        "\"contacts\"]",
-        &["effects: the effect \"contacts\" is not computed by this version"],
-    );
     refused("\"polygon_pairs\"]", "\"contact\"]", &["effects: there is no effect \"contact\""]);
     refused("\"polygons\" }", "\"voxels\" }", &["accuracy: level \"voxels\"", "polygons only"]);
     refused("\"polygons\" }", "\"polygons\", \"budget_us\": 100 }", &["accuracy: \"budget_us\""]);
-    refused(
-        "\"delta_time\"",
-        "\"motion\": {\"a\": {\"angle\": 3.5}}, \"delta_time\"",
-        &["step 1: \"motion\"", "\"poses\""],
+}
+
+#[test]
+fn motions_velocities_and_mass_are_read() {
+    let text = one_step(
+        r#"{ "poses": {}, "motion": { "b": { "axis": [0,0,2], "angle": 3.5 } }, "velocities": { "b": { "linear": [1,0,0] } }, "delta_time": 0.5 }"#,
     );
+    let body = r#""name":"b","dynamics":{"density":2,"friction":0.5},"velocity":{"angular":[0,0,1]},"#;
+    let scene = scene(&text.replacen(r#""name":"b","#, body, 1), true).unwrap();
+    let step = &scene.steps[0];
+    assert_eq!((step.motions[0].0, step.motions[0].1.angle, step.motions[0].1.axis), (1, 3.5, [0.0, 0.0, 2.0]));
+    assert_eq!((step.velocities.len(), step.velocities[0].1.linear, step.delta_time), (1, [1.0, 0.0, 0.0], 0.5));
+    let (body, dynamics) = scene.dynamics[0];
+    assert_eq!((body, dynamics.mass, dynamics.friction), (1, Mass::Density { density: 2.0 }, 0.5));
+}
+
+#[test]
+fn motions_and_mass_that_do_not_fit_are_named() {
+    let motion = |text: &str| format!("\"motion\": {{\"a\": {text}}}, \"delta_time\"");
+    let refused_motion = |text: &str, parts: &[&str]| refused("\"delta_time\"", &motion(text), parts);
+    refused_motion("{\"axis\": [1, 2]}", &["step 1, motion of \"a\": \"axis\" has 2 numbers"]);
+    refused("\"delta_time\"", "\"motion\": {\"d\": {}}, \"delta_time\"", &["step 1", "there is no body \"d\""]);
+    refused("\"object\": \"tri\"", "\"object\": \"tri\", \"dynamics\": {\"mass\": 1}", &["dynamics", "inertia"]);
 }
 
 #[test]

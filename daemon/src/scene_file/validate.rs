@@ -1,25 +1,26 @@
 //! From the shape of a scene file to a scene: names resolved, and what does not fit named.
 
+mod dynamics;
+mod steps;
+
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use collided_kernel::PolygonMesh;
-use collided_protocol::control::Interest;
+use collided_protocol::control::{Accuracy, Interest};
 use collided_protocol::report::Level;
-use collided_protocol::step::Rows;
 use collided_protocol::{Effect, Effects};
 
 use super::document::{self, Document};
 use super::error::Invalid;
-use super::values::{self, Entries, Number, Table};
-use super::{Body, Object, Pose, Rule, SceneFile, Source};
-
-/// Effects that scene files know and this version does not compute.
-const LATER_EFFECTS: [&str; 5] = ["contacts", "distance", "penetration", "time_of_contact", "response"];
+use super::values::{Entries, Number, Table};
+use super::{Body, Object, Rule, SceneFile, Source, Step};
 
 pub(super) fn scene(document: Document, folder: &Path) -> Result<SceneFile, Invalid> {
-    accuracy(&document.accuracy)?;
+    let accuracy = accuracy(&document.accuracy)?;
     let objects = objects(document.objects, folder)?;
+    let dynamics = dynamics::of_bodies(&document.bodies)?;
+    let first_velocities = dynamics::first_velocities(&document.bodies)?;
     let bodies = bodies(document.bodies, &objects)?;
     let places: HashMap<&str, usize> =
         bodies.iter().enumerate().map(|(place, body)| (body.name.as_str(), place)).collect();
@@ -29,27 +30,37 @@ pub(super) fn scene(document: Document, folder: &Path) -> Result<SceneFile, Inva
     };
     let interest = interest(document.interest, &places)?;
     let steps = document.steps.into_iter().enumerate();
-    let steps = steps.map(|(index, step)| poses(index, step, &places)).collect::<Result<_, _>>()?;
-    Ok(SceneFile { objects, bodies, effects: scene_effects, interest, steps })
+    let mut steps = steps.map(|(index, step)| steps::step(index, step, &places)).collect::<Result<Vec<Step>, _>>()?;
+    if let Some(first) = steps.first_mut() {
+        let named = |body: usize| first.velocities.iter().any(|&(other, _)| other == body);
+        let unnamed: Vec<_> = first_velocities.into_iter().filter(|&(body, _)| !named(body)).collect();
+        first.velocities.extend(unnamed);
+    }
+    Ok(SceneFile { objects, bodies, effects: scene_effects, interest, accuracy, dynamics, steps })
 }
 
-fn accuracy(accuracy: &document::Accuracy) -> Result<(), Invalid> {
+fn accuracy(given: &document::Accuracy) -> Result<Accuracy, Invalid> {
     let remedy = "leave it out: this version computes polygons only, the exact answer";
-    if let Some(level) = accuracy.level.as_deref().filter(|&level| level != Level::Polygons.name()) {
+    if let Some(level) = given.level.as_deref().filter(|&level| level != Level::Polygons.name()) {
         let problem = format!("level \"{level}\" is not one that this version can stop at");
         return Err(Invalid::new("accuracy", problem, remedy));
     }
-    let later = [
-        ("order", &accuracy.order),
-        ("distance_tolerance", &accuracy.distance_tolerance),
-        ("time_tolerance", &accuracy.time_tolerance),
-        ("iterations", &accuracy.iterations),
-        ("budget_us", &accuracy.budget_us),
-    ];
-    match later.iter().find(|(_, value)| value.is_some()) {
-        None => Ok(()),
-        Some((name, _)) => Err(Invalid::new("accuracy", format!("\"{name}\" has no use in this version"), remedy)),
+    let later = [("order", &given.order), ("budget_us", &given.budget_us)];
+    if let Some((name, _)) = later.iter().find(|(_, value)| value.is_some()) {
+        return Err(Invalid::new("accuracy", format!("\"{name}\" has no use in this version"), remedy));
     }
+    let numbers = [
+        ("distance_tolerance", given.distance_tolerance),
+        ("distance_up_to", given.distance_up_to),
+        ("time_tolerance", given.time_tolerance),
+    ];
+    // JSON on the control channel has no other numbers; what range these must be in is the daemon's to say.
+    if let Some((name, Some(value))) = numbers.iter().find(|(_, value)| value.is_some_and(|value| !value.0.is_finite()))
+    {
+        return Err(Invalid::new("accuracy", format!("\"{name}\" is {}", value.0), "give a finite number"));
+    }
+    let [distance_tolerance, distance_up_to, time_tolerance] = numbers.map(|(_, value)| value.map(|value| value.0));
+    Ok(Accuracy { distance_tolerance, distance_up_to, time_tolerance, iterations: given.iterations })
 }
 
 fn objects(entries: Entries<document::Object>, folder: &Path) -> Result<Vec<Object>, Invalid> {
@@ -134,12 +145,9 @@ fn effects(place: &str, names: &[String]) -> Result<Effects, Invalid> {
         .iter()
         .map(|name| {
             Effect::named(name).ok_or_else(|| {
-                let problem = match LATER_EFFECTS.contains(&name.as_str()) {
-                    true => format!("the effect \"{name}\" is not computed by this version"),
-                    false => format!("there is no effect \"{name}\""),
-                };
                 let known: Vec<_> = Effect::ALL.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
-                Invalid::new(place, problem, format!("this version computes {}", known.join(", ")))
+                let problem = format!("there is no effect \"{name}\"");
+                Invalid::new(place, problem, format!("choose from {}", known.join(", ")))
             })
         })
         .collect()
@@ -181,45 +189,4 @@ fn body(place: &str, name: &str, places: &HashMap<&str, usize>) -> Result<usize,
         .get(name)
         .copied()
         .ok_or_else(|| Invalid::new(place, format!("there is no body \"{name}\""), "define it under \"bodies\""))
-}
-
-fn poses(index: usize, step: values::Step, places: &HashMap<&str, usize>) -> Result<Vec<Pose>, Invalid> {
-    let place = format!("step {index}");
-    if step.motion.is_some_and(|motion| !motion.0.is_empty()) {
-        return Err(Invalid::new(
-            place,
-            "\"motion\" is not computed by this version",
-            "give the transform at the end of the step under \"poses\"",
-        ));
-    }
-    if step.delta_time.is_some_and(|time| !(time.0.is_finite() && time.0 >= 0.0)) {
-        return Err(Invalid::new(place, "\"delta_time\" is negative or not finite", "give the length of the step"));
-    }
-    let transforms = match step.poses {
-        None => step.transforms,
-        Some(poses) if step.transforms.is_empty() => poses.0,
-        Some(_) => {
-            let problem = format!("the transform of \"{}\" stands beside \"poses\"", step.transforms[0].0);
-            return Err(Invalid::new(place, problem, "write all transforms of the step under \"poses\""));
-        }
-    };
-    transforms
-        .into_iter()
-        .map(|(name, table)| {
-            let body = body(&place, &name, places)?;
-            Ok(Pose { body, rows: rows(&format!("{place}, body \"{name}\""), &table)? })
-        })
-        .collect()
-}
-
-fn rows(place: &str, table: &Table) -> Result<Rows, Invalid> {
-    let remedy = "give 3 rows of 4 numbers (rotation, scale, shear | translation)";
-    let wrong = |problem: String| Invalid::new(place, problem, remedy);
-    let [a, b, c] = table.as_slice() else {
-        return Err(wrong(format!("the transform has {} rows", table.len())));
-    };
-    let row = |number: usize, row: &Vec<Number>| {
-        fixed::<4>(row).ok_or_else(|| wrong(format!("row {number} of the transform has {} numbers", row.len())))
-    };
-    Ok([row(0, a)?, row(1, b)?, row(2, c)?])
 }

@@ -94,14 +94,33 @@ impl Names {
 /// Rows of numbers, of any shape.
 pub(super) type Table = Vec<Vec<Number>>;
 
-/// A step: transforms by body, or these under `poses` beside `motion` and `delta_time`.
+/// A rigid motion. What is left out is zero, but for the axis.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Motion {
+    pub axis: Option<Vec<Number>>,
+    pub centre: Option<Vec<Number>>,
+    pub angle: Option<Number>,
+    pub translate: Option<Vec<Number>>,
+}
+
+/// A velocity. What is left out is zero.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Velocity {
+    pub linear: Option<Vec<Number>>,
+    pub angular: Option<Vec<Number>>,
+}
+
+/// A step: transforms by body, or these under `poses` beside `motion`, `velocities` and `delta_time`.
 ///
-/// A body may bear one of these three names: its transform is a list, which none of the three is.
+/// A body may bear one of these four names: its transform is a list, which none of the four is.
 #[derive(Default)]
 pub(super) struct Step {
     pub transforms: Vec<(String, Table)>,
     pub poses: Option<Entries<Table>>,
-    pub motion: Option<Entries<serde::de::IgnoredAny>>,
+    pub motion: Option<Entries<Motion>>,
+    pub velocities: Option<Entries<Velocity>>,
     pub delta_time: Option<Number>,
 }
 
@@ -127,6 +146,7 @@ impl<'de> Visitor<'de> for StepVisitor {
             let transform = match name.as_str() {
                 "poses" => map.next_value::<TransformOr<_>>()?.or_into(&mut step.poses),
                 "motion" => map.next_value::<TransformOr<_>>()?.or_into(&mut step.motion),
+                "velocities" => map.next_value::<TransformOr<_>>()?.or_into(&mut step.velocities),
                 "delta_time" => map.next_value::<TransformOr<_>>()?.or_into(&mut step.delta_time),
                 _ => Some(map.next_value()?),
             };
@@ -167,7 +187,7 @@ impl<'de, T: Deserialize<'de>> Visitor<'de> for TransformOrVisitor<T> {
     type Value = TransformOr<T>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("\"poses\" and \"motion\" as tables and \"delta_time\" as a number")
+        f.write_str("\"poses\", \"motion\" and \"velocities\" as tables and \"delta_time\" as a number")
     }
 
     fn visit_seq<S: SeqAccess<'de>>(self, seq: S) -> Result<Self::Value, S::Error> {

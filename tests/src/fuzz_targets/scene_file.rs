@@ -25,7 +25,9 @@ fn check(scene: SceneFile) {
     let (objects, bodies) = (scene.objects.len(), scene.bodies.len());
     assert!(scene.bodies.iter().all(|body| body.object < objects));
     assert!(scene.interest.iter().all(|rule| rule.a < bodies && rule.b < bodies && rule.a != rule.b));
-    assert!(scene.steps.iter().flatten().all(|pose| pose.body < bodies));
+    assert!(scene.steps.iter().flat_map(|step| &step.poses).all(|pose| pose.body < bodies));
+    assert!(scene.steps.iter().flat_map(|step| &step.motions).all(|&(body, _)| body < bodies));
+    assert!(scene.dynamics.iter().all(|&(body, _)| body < bodies));
     for object in scene.objects {
         if let Source::Inline(mesh) = object.source {
             build_or_refuse(mesh, None);

@@ -148,7 +148,21 @@ impl Contacts {
         self.group();
     }
 
-    fn clear(&mut self) {
+    /// Appends regions of another pair, after this one's.
+    pub(crate) fn append(&mut self, other: &Contacts, regions: Range<usize>) {
+        for region in &other.regions[regions] {
+            let points = extend(&mut self.points, &other.points[region.points.clone()]);
+            let segments = extend(&mut self.segments, &other.segments[region.segments.clone()]);
+            let first_area = self.areas.len();
+            for area in &other.areas[region.areas.clone()] {
+                let corners = extend(&mut self.corners, &other.corners[area.corners.clone()]);
+                self.areas.push(ContactArea { corners, normal: area.normal });
+            }
+            self.regions.push(ContactRegion { points, segments, areas: first_area..self.areas.len(), ..*region });
+        }
+    }
+
+    pub(crate) fn clear(&mut self) {
         self.pairs.clear();
         self.pieces.clear();
         self.regions.clear();
@@ -182,6 +196,13 @@ impl Contacts {
     pub fn corners(&self) -> &[[f64; 3]] {
         &self.corners
     }
+}
+
+/// Appends elements; says where they stand.
+fn extend<T: Copy>(to: &mut Vec<T>, from: &[T]) -> Range<usize> {
+    let first = to.len();
+    to.extend_from_slice(from);
+    first..to.len()
 }
 
 fn world_triangle((object, rows): (&Object, &Rows), number: u32) -> [DVec3; 3] {

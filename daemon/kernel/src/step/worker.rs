@@ -2,9 +2,10 @@
 
 use std::sync::atomic::Ordering;
 
+use super::conclusion::{AT_CONTACTS, Conclusion};
 use super::{Clock, Kept, Stopwatch};
-use crate::effects::containment::{Containment, Ray, containment};
-use crate::effects::{Effects, Found};
+use crate::effects::contacts::TrianglePair;
+use crate::effects::{Effects, Found, Touching};
 use crate::polygon_pairs::Candidates;
 use crate::polygon_test::triangles_in;
 use crate::predicates::{AnyRange, Arithmetic, TAME_LIMIT, Tame};
@@ -46,11 +47,12 @@ pub(crate) struct Worker {
     stack: Vec<VoxelPair>,
     leaves: Vec<VoxelPair>,
     candidates: Candidates,
-    ray: Ray,
+    /// Stage 9.
+    pub conclusion: Conclusion,
     /// Interfering polygon pairs of this step.
     pub found: Vec<Found>,
-    /// What is known of pairs, by their number, after stage 9.
-    pub contained: Vec<(u32, Containment)>,
+    /// Interfering triangle pairs of this step, of the pairs of bodies that stage 9 wants them of.
+    pub touching: Vec<Touching>,
     /// Parts of heavy pairs, for the next round.
     pub left_over: Vec<Task>,
     counts: StageCounts,
@@ -124,24 +126,23 @@ impl Worker {
 
     /// Stage 8.
     fn test<A: Arithmetic>(&mut self, arithmetic: A, pair: u32, kept: &Kept, (a, b): (&Body, &Body)) {
-        let all = kept.effects.contains(Effects::POLYGON_PAIRS);
+        let (polygons, touching) = (kept.effects.contains(Effects::POLYGON_PAIRS), kept.effects.meets(AT_CONTACTS));
         for (p, q) in self.candidates.iter() {
             self.counts.exact_tests += 1;
             let Some(relation) = triangles_in(arithmetic, &p.corners, &q.corners) else { continue };
             kept.interfering.store(true, Ordering::Relaxed);
-            if !all {
+            if !polygons && !touching {
                 return;
             }
-            let polygons = (a.object.polygon_of(p.number as usize), b.object.polygon_of(q.number as usize));
-            self.found.push(Found { pair, a: polygons.0, b: polygons.1, relation });
+            if polygons {
+                let (a, b) = (a.object.polygon_of(p.number as usize), b.object.polygon_of(q.number as usize));
+                self.found.push(Found { pair, a, b, relation });
+            }
+            if touching {
+                let triangles = TrianglePair { a: p.number, b: q.number, relation };
+                self.touching.push(Touching { pair, triangles });
+            }
         }
-    }
-
-    /// Stage 9 of a pair: the effects that ask for more than its polygon pairs.
-    pub fn conclude(&mut self, pair: u32, kept: &Kept, bodies: &[Body]) {
-        let (a, b) = (&bodies[kept.a as usize], &bodies[kept.b as usize]);
-        self.counts.containment_tests += 1;
-        self.contained.push((pair, containment(placed(a), placed(b), &mut self.ray)));
     }
 
     /// Adds this thread's counts and times to the step's, and forgets them.
@@ -152,16 +153,15 @@ impl Worker {
         counts.voxel_pairs += own_counts.voxel_pairs;
         counts.polygon_candidates += own_counts.polygon_candidates;
         counts.exact_tests += own_counts.exact_tests;
-        counts.containment_tests += own_counts.containment_tests;
         times.voxels += own_times.voxels;
         times.polygon_pairs += own_times.polygon_pairs;
         times.polygon_tests += own_times.polygon_tests;
     }
 }
 
-/// Whether nothing more is to be learnt: a common point is proven, and the polygon pairs were not asked for.
+/// Whether nothing more is to be learnt: a common point is proven, and no effect needs all of them.
 fn is_decided(kept: &Kept) -> bool {
-    !kept.effects.contains(Effects::POLYGON_PAIRS) && kept.interfering.load(Ordering::Relaxed)
+    !kept.effects.meets(Effects::POLYGON_PAIRS.union(AT_CONTACTS)) && kept.is_interfering()
 }
 
 fn placed(body: &Body) -> Placed<'_> {

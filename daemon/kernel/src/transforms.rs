@@ -1,0 +1,278 @@
+//! Stage 1: transforms in. Each number is read once and checked before any body moves.
+
+use crate::affine::{Rows, magnitude, world_vertex};
+use crate::effects::response::Velocity;
+use crate::global_boxes::GlobalBox;
+use crate::motion::{Motion, MotionError};
+use crate::scene::{Body, BodyId};
+
+/// The transforms of one step. Each is read once, so they may stand in memory that another process can write.
+#[derive(Debug, Clone, Copy)]
+pub enum Transforms<'a> {
+    /// One per living body, in ascending order of id.
+    Dense(&'a [Rows]),
+    /// Those of some bodies; the others stay where they are.
+    Sparse {
+        /// Their ids.
+        bodies: &'a [u32],
+        /// As many transforms.
+        rows: &'a [Rows],
+    },
+}
+
+/// What one step brings.
+#[derive(Debug, Clone, Copy)]
+pub struct StepInput<'a> {
+    /// Where bodies are at the end of the step. They get there along straight lines.
+    pub transforms: Transforms<'a>,
+    /// Bodies that turn on their way; they have no transform in this step.
+    pub rigid: &'a [(BodyId, RigidMotion)],
+    /// Velocities at the end of the step, for the effect `response`.
+    pub velocities: &'a [(BodyId, Velocity)],
+}
+
+impl<'a> From<Transforms<'a>> for StepInput<'a> {
+    fn from(transforms: Transforms<'a>) -> Self {
+        StepInput { transforms, rigid: &[], velocities: &[] }
+    }
+}
+
+/// A rigid motion from where a body is: see [`Motion::Rigid`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidMotion {
+    /// Direction of the axis, of any length but zero.
+    pub axis: [f64; 3],
+    /// A point on the axis.
+    pub centre: [f64; 3],
+    /// Rotation over the step, in radians.
+    pub angle: f64,
+    /// Displacement of the centre over the step.
+    pub translate: [f64; 3],
+}
+
+impl RigidMotion {
+    fn from(&self, from: Rows) -> Motion {
+        let &RigidMotion { axis, centre, angle, translate } = self;
+        Motion::Rigid { from, axis, centre, angle, translate }
+    }
+}
+
+/// Why a step was refused. No body has moved then.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// Dense: one transform per living body. Sparse: as many transforms as ids.
+    #[error("the step has {found} transforms for {expected} bodies")]
+    TransformCount {
+        /// How many are needed.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A sparse step, a motion or a velocity names a body that is not there.
+    #[error("{what} {position} of the step is for body {body}, which the scene does not have")]
+    UnknownBody {
+        /// `transform`, `rigid motion` or `velocity`.
+        what: &'static str,
+        /// Number of the transform.
+        position: usize,
+        /// The id it names.
+        body: u32,
+    },
+    /// A sparse step names a body twice.
+    #[error("{what} {position} of the step is for body {body}, which already has one in this step")]
+    BodyTwice {
+        /// `transform` or `rigid motion`.
+        what: &'static str,
+        /// Number of the second transform.
+        position: usize,
+        /// The id it names.
+        body: u32,
+    },
+    /// NaN or infinity in a transform.
+    #[error("the transform of body {} has {value} in row {row}, column {column}; every entry must be a finite number", body.0)]
+    NonFiniteTransform {
+        /// The body.
+        body: BodyId,
+        /// 0, 1 or 2.
+        row: usize,
+        /// 0 to 3; 3 is the translation.
+        column: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// The transform carries a vertex beyond the range of f64.
+    #[error("the transform of body {} carries vertex {vertex}, at {position:?}, beyond the range of f64", body.0)]
+    WorldOverflow {
+        /// The body.
+        body: BodyId,
+        /// Number of the vertex in the body's object.
+        vertex: usize,
+        /// The world axis, 0, 1 or 2.
+        axis: usize,
+        /// The vertex in the object's frame.
+        position: [f64; 3],
+    },
+    /// A rigid motion that is none.
+    #[error("the rigid motion of body {}: {motion}", body.0)]
+    BadMotion {
+        /// The body.
+        body: BodyId,
+        /// What is wrong with it.
+        motion: MotionError,
+    },
+    /// NaN or infinity in a velocity.
+    #[error("the velocity of body {} has the number {value}; every number must be finite", body.0)]
+    NonFiniteVelocity {
+        /// The body.
+        body: BodyId,
+        /// The number.
+        value: f64,
+    },
+}
+
+/// What a step brings a body, until all of it is checked; and afterwards, where the body was before.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Staged {
+    pub rows: Rows,
+    /// The step that brought it.
+    pub step: u64,
+    /// Where the rigid motion that ends here stands in the scene's list.
+    pub rigid: Option<u32>,
+}
+
+/// Reads each transform and each motion, once. `rigid` takes the motions.
+pub(crate) fn stage(
+    bodies: &mut [Body],
+    rigid: &mut Vec<RigidMotion>,
+    input: &StepInput<'_>,
+    step: u64,
+) -> Result<(), StepError> {
+    rigid.clear();
+    let (expected, found) = match input.transforms {
+        Transforms::Dense(rows) => (bodies.len(), rows.len()),
+        Transforms::Sparse { bodies, rows } => (bodies.len(), rows.len()),
+    };
+    if expected != found {
+        return Err(StepError::TransformCount { expected, found });
+    }
+    match input.transforms {
+        Transforms::Dense(rows) => {
+            let staged = bodies.iter_mut().zip(rows);
+            staged.for_each(|(body, rows)| body.staged = Staged { rows: *rows, step, rigid: None });
+        }
+        Transforms::Sparse { bodies: ids, rows } => {
+            for (position, (&id, rows)) in ids.iter().zip(rows).enumerate() {
+                let body = unstaged(bodies, "transform", position, BodyId(id), step)?;
+                body.staged = Staged { rows: *rows, step, rigid: None };
+            }
+        }
+    }
+    for (position, &(id, motion)) in input.rigid.iter().enumerate() {
+        let body = unstaged(bodies, "rigid motion", position, id, step)?;
+        let whole = motion.from(body.rows);
+        whole.check().map_err(|motion| StepError::BadMotion { body: id, motion })?;
+        body.staged = Staged { rows: whole.end(), step, rigid: Some(position as u32) };
+        rigid.push(motion);
+    }
+    Ok(())
+}
+
+fn find<'b>(
+    bodies: &'b mut [Body],
+    what: &'static str,
+    position: usize,
+    id: BodyId,
+) -> Result<&'b mut Body, StepError> {
+    let at = bodies.binary_search_by_key(&id, |body| body.id);
+    at.map(|at| &mut bodies[at]).map_err(|_| StepError::UnknownBody { what, position, body: id.0 })
+}
+
+/// The body, which this step has not named yet.
+fn unstaged<'b>(
+    bodies: &'b mut [Body],
+    what: &'static str,
+    position: usize,
+    id: BodyId,
+    step: u64,
+) -> Result<&'b mut Body, StepError> {
+    let body = find(bodies, what, position, id)?;
+    if body.staged.step == step {
+        return Err(StepError::BodyTwice { what, position, body: id.0 });
+    }
+    Ok(body)
+}
+
+/// Checks what [`stage`] has read, and the velocities.
+pub(crate) fn check_staged(bodies: &mut [Body], velocities: &[(BodyId, Velocity)], step: u64) -> Result<(), StepError> {
+    for (position, &(id, velocity)) in velocities.iter().enumerate() {
+        find(bodies, "velocity", position, id)?;
+        let numbers = [velocity.linear, velocity.angular];
+        if let Some(&value) = numbers.as_flattened().iter().find(|number| !number.is_finite()) {
+            return Err(StepError::NonFiniteVelocity { body: id, value });
+        }
+    }
+    for body in bodies {
+        if body.staged.step != step {
+            if !body.replaced {
+                continue;
+            }
+            body.staged = Staged { rows: body.rows, step, rigid: None };
+        }
+        check_finite(body)?;
+        check_overflow(body)?;
+    }
+    Ok(())
+}
+
+/// Moves the bodies and computes their boxes; says how many. What was staged now holds where a body was before.
+pub(crate) fn commit(bodies: &mut [Body], boxes: &mut [GlobalBox], step: u64) -> u64 {
+    let mut count = 0;
+    for (body, bounds) in bodies.iter_mut().zip(boxes) {
+        if body.staged.step != step {
+            continue;
+        }
+        std::mem::swap(&mut body.rows, &mut body.staged.rows);
+        body.magnitude = magnitude(&body.rows, body.object.reach());
+        body.replaced = false;
+        body.first_step = body.first_step.min(step);
+        let container = body.object.container();
+        *bounds = container.map_or(GlobalBox::EMPTY, |container| GlobalBox::of(&container, &body.rows));
+        count += 1;
+    }
+    count
+}
+
+/// How a body has moved in step number `step`, after [`commit`]. The step that first places a body does not move it.
+pub(crate) fn motion(body: &Body, rigid: &[RigidMotion], step: u64) -> Motion {
+    if body.staged.step != step || body.first_step == step {
+        return Motion::Still(body.rows);
+    }
+    match body.staged.rigid {
+        Some(at) => rigid[at as usize].from(body.staged.rows),
+        None if body.staged.rows == body.rows => Motion::Still(body.rows),
+        None => Motion::Linear { from: body.staged.rows, to: body.rows },
+    }
+}
+
+fn check_finite(body: &Body) -> Result<(), StepError> {
+    for (row, entries) in body.staged.rows.iter().enumerate() {
+        if let Some(column) = entries.iter().position(|entry| !entry.is_finite()) {
+            return Err(StepError::NonFiniteTransform { body: body.id, row, column, value: entries[column] });
+        }
+    }
+    Ok(())
+}
+
+fn check_overflow(body: &Body) -> Result<(), StepError> {
+    if magnitude(&body.staged.rows, body.object.reach()).is_finite() {
+        return Ok(());
+    }
+    for (vertex, &position) in body.object.vertices().iter().enumerate() {
+        let world = world_vertex(&body.staged.rows, position);
+        if let Some(axis) = (0..3).find(|&axis| !world[axis].is_finite()) {
+            return Err(StepError::WorldOverflow { body: body.id, vertex, axis, position });
+        }
+    }
+    Ok(())
+}
