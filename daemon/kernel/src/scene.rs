@@ -38,6 +38,8 @@ pub(crate) struct Body {
     pub staged: Staged,
     /// The step that first placed it.
     pub first_step: u64,
+    /// The step that last moved it, or gave it another object.
+    pub changed: u64,
     /// Whether the object is new since the last step.
     pub replaced: bool,
     pub velocity: Velocity,
@@ -106,6 +108,7 @@ impl Scene {
             magnitude: DVec3::ZERO,
             staged: Staged { rows: IDENTITY, step: 0, rigid: None },
             first_step: u64::MAX,
+            changed: u64::MAX,
             replaced: true,
             velocity: Velocity::default(),
             dynamics: None,
@@ -122,6 +125,7 @@ impl Scene {
         let at = self.index(body)?;
         self.bodies.remove(at);
         self.boxes.remove(at);
+        self.step.forget();
         self.bodies[..at].iter_mut().for_each(|other| other.interest.set(body, Interest::Default));
         Ok(())
     }

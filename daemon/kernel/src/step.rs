@@ -4,6 +4,7 @@ mod conclusion;
 mod reach;
 mod response;
 mod results;
+mod unmoved;
 mod worker;
 
 use std::ops::Range;
@@ -23,6 +24,7 @@ use crate::workforce::Workforce;
 use reach::{FAR, Reach};
 pub(crate) use response::StepResponse;
 pub(crate) use results::Results;
+use unmoved::LastStep;
 use worker::{Task, Worker};
 
 /// Tells the time. The kernel has no clock of its own.
@@ -76,6 +78,8 @@ pub(crate) struct Kept {
     /// Whether the global bounding boxes overlap; if not, the bodies are proven apart, and only effects that look farther are
     /// of interest.
     pub overlapping: bool,
+    /// Which pair of the last step it was, when neither body has moved since.
+    pub unmoved: Option<u32>,
     /// Set when a common point is proven.
     pub interfering: AtomicBool,
 }
@@ -91,6 +95,7 @@ impl Kept {
 pub(crate) struct Step {
     broad_phase: BroadPhase,
     reach: Reach,
+    last: LastStep,
     kept: Vec<Kept>,
     tasks: Vec<Task>,
     /// One per thread of the workforce, and one for the caller.
@@ -115,7 +120,9 @@ impl Step {
         self.counts.broad_pairs = overlapping.len() as u64;
         let farther = self.reach.pairs(&world);
         self.times.broad_phase = stopwatch.lap();
+        self.last.take(&mut self.kept, &mut self.found, &mut self.touching);
         keep(overlapping, farther, &world, &mut self.kept);
+        self.last.decide(&mut self.kept, &world);
         self.counts.interest_pairs = self.kept.len() as u64;
         self.times.interest = stopwatch.lap();
         self.compare(world.bodies, clock);
@@ -124,19 +131,26 @@ impl Step {
         self.conclude(world, clock);
         self.collect(world);
         self.times.effects = stopwatch.lap();
+        self.last.end(world.step);
+    }
+
+    /// Forgets the last step: bodies have other indices now.
+    pub fn forget(&mut self) {
+        self.kept.clear();
+        self.last.forget();
     }
 
     pub fn report(&self) -> Report<'_> {
         Report { results: &self.results, response: &self.response, counts: &self.counts, times: &self.times }
     }
 
-    /// Stages 5 to 8 of all pairs. A light step is done by the caller, before another thread would have woken up; the rest is
+    /// Stages 5 to 8 of all pairs that have moved. A light step is done by the caller, before another thread would have woken up; the rest is
     /// shared out. A pair that turns out heavy is handed back by its worker in pieces, which the next round shares out again.
     fn compare(&mut self, bodies: &[Body], clock: &dyn Clock) {
         self.workers.resize_with(clock.threads() + 1, Mutex::default);
         self.tasks.clear();
-        let overlapping = self.kept.iter().enumerate().rev().filter(|(_, kept)| kept.overlapping);
-        self.tasks.extend(overlapping.map(|(pair, _)| Task::whole_pair(pair as u32)));
+        let open = self.kept.iter().enumerate().rev().filter(|(_, kept)| kept.overlapping && kept.unmoved.is_none());
+        self.tasks.extend(open.map(|(pair, _)| Task::whole_pair(pair as u32)));
         self.compare_alone(bodies, clock);
         while !self.tasks.is_empty() {
             for tasks in self.tasks.chunks(TASKS_AT_ONCE) {
@@ -168,6 +182,7 @@ impl Step {
     fn gather(&mut self, clock: &dyn Clock) {
         self.found.clear();
         self.touching.clear();
+        self.last.recall(&self.kept, &mut self.found, &mut self.touching);
         for worker in &mut self.workers {
             let worker = get_mut(worker);
             self.found.append(&mut worker.found);
@@ -252,7 +267,7 @@ fn keep(overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>, k
         let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
         let effects = first.interest.effects(second.id, &second.interest, world.effects);
         let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
-        matters.then_some(Kept { a, b, effects, overlapping, interfering: AtomicBool::new(false) })
+        matters.then_some(Kept { a, b, effects, overlapping, unmoved: None, interfering: AtomicBool::new(false) })
     };
     if farther.is_empty() {
         return kept.extend(overlapping.iter().filter_map(|&(a, b)| pair(a, b, true)));

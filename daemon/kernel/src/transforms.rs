@@ -232,6 +232,9 @@ pub(crate) fn commit(bodies: &mut [Body], boxes: &mut [GlobalBox], step: u64) ->
         if body.staged.step != step {
             continue;
         }
+        if body.replaced || bits(&body.rows) != bits(&body.staged.rows) {
+            body.changed = step;
+        }
         std::mem::swap(&mut body.rows, &mut body.staged.rows);
         body.magnitude = magnitude(&body.rows, body.object.reach());
         body.replaced = false;
@@ -241,6 +244,11 @@ pub(crate) fn commit(bodies: &mut [Body], boxes: &mut [GlobalBox], step: u64) ->
         count += 1;
     }
     count
+}
+
+/// Zeros of either sign are different: the report is the same to the bit.
+fn bits(rows: &Rows) -> [[u64; 4]; 3] {
+    rows.map(|row| row.map(f64::to_bits))
 }
 
 /// How a body has moved in step number `step`, after [`commit`]. The step that first places a body does not move it.

@@ -1,0 +1,62 @@
+//! Stages 5 to 8 of pairs that have not moved since the last step: what was found then is true now.
+
+use super::{Kept, World, run};
+use crate::effects::{Found, Touching};
+
+/// What the last step found.
+#[derive(Debug, Default)]
+pub(super) struct LastStep {
+    /// Its number.
+    step: u64,
+    kept: Vec<Kept>,
+    found: Vec<Found>,
+    touching: Vec<Touching>,
+}
+
+impl LastStep {
+    /// Takes over what the last step has found, and leaves the memory of the one before it.
+    pub fn take(&mut self, kept: &mut Vec<Kept>, found: &mut Vec<Found>, touching: &mut Vec<Touching>) {
+        std::mem::swap(&mut self.kept, kept);
+        std::mem::swap(&mut self.found, found);
+        std::mem::swap(&mut self.touching, touching);
+    }
+
+    /// The step under way is the last one from now on.
+    pub fn end(&mut self, step: u64) {
+        self.step = step;
+    }
+
+    /// Forgets everything: bodies have other indices now.
+    pub fn forget(&mut self) {
+        self.kept.clear();
+    }
+
+    /// Decides the pairs of which neither body has moved and the same is asked as then. Both lists are ordered.
+    pub fn decide(&self, kept: &mut [Kept], world: &World<'_>) {
+        let is_unmoved = |body: u32| world.bodies[body as usize].changed <= self.step;
+        let mut next = 0;
+        for pair in kept {
+            next += self.kept[next..].iter().take_while(|last| (last.a, last.b) < (pair.a, pair.b)).count();
+            let Some(last) = self.kept.get(next).filter(|last| (last.a, last.b) == (pair.a, pair.b)) else { continue };
+            let same = (last.effects, last.overlapping) == (pair.effects, pair.overlapping);
+            if same && is_unmoved(pair.a) && is_unmoved(pair.b) {
+                pair.unmoved = Some(next as u32);
+                *pair.interfering.get_mut() = last.is_interfering();
+            }
+        }
+    }
+
+    /// Appends what was found of the pairs that were so decided.
+    pub fn recall(&self, kept: &[Kept], found: &mut Vec<Found>, touching: &mut Vec<Touching>) {
+        let mut first = [0; 2];
+        for (pair, kept) in (0..).zip(kept) {
+            let Some(last) = kept.unmoved else { continue };
+            first[0] += self.found[first[0]..].partition_point(|found| found.pair < last);
+            first[1] += self.touching[first[1]..].partition_point(|touching| touching.pair < last);
+            let polygons = run(&self.found, &mut first[0], |found| found.pair == last);
+            let triangles = run(&self.touching, &mut first[1], |touching| touching.pair == last);
+            found.extend(self.found[polygons].iter().map(|found| Found { pair, ..*found }));
+            touching.extend(self.touching[triangles].iter().map(|touching| Touching { pair, ..*touching }));
+        }
+    }
+}
