@@ -202,7 +202,7 @@ pub struct BodyDynamics {
 pub struct Dynamics {
     /// Where the mass comes from.
     pub mass: Mass,
-    /// From 0, no rebound, to 1, all of the speed; of two bodies the smaller one counts.
+    /// From 0, no rebound, to 1, all of the speed; of two bodies the larger one counts.
     pub restitution: f64,
     /// Coulomb's coefficient, 0 or more; of two bodies the geometric mean counts.
     pub friction: f64,
