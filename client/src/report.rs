@@ -117,6 +117,11 @@ impl Report {
         self.records().effects.velocities
     }
 
+    /// A body whose inertia, where it stands, is not positive definite (it is flattened, say): there is no response then.
+    pub fn response_fault(&self) -> Option<BodyId> {
+        self.header().response_fault.checked_sub(1).map(BodyId)
+    }
+
     /// How many steps the scene had answered before this one.
     pub fn step(&self) -> u64 {
         self.header().step

@@ -163,7 +163,8 @@ impl Scene {
         self.client.expect_done(&Request::SetAccuracy { scene: self.id, accuracy })
     }
 
-    /// Gives bodies mass, or takes it from them, for the effect `response`; all are set, or none. A body without is static.
+    /// Gives bodies mass, or takes it from them, for the effect `response`; all are set, or none. A body without is static,
+    /// with restitution 0 and friction 1; [`Mass::Static`](collided_protocol::control::Mass::Static) gives it others.
     ///
     /// # Errors
     /// [`Error::Refused`] with `UnknownBody` or `BadDynamics`.

@@ -52,6 +52,7 @@ pub fn dynamics(object: &kernel::Object, given: &Dynamics) -> Result<kernel::Dyn
     let mass = match given.mass {
         Mass::Given { mass, .. } if !mass.is_finite() => return Err(ResponseError::Mass { body: 0, mass }),
         Mass::Given { mass, centre, inertia } => MassProperties { mass, centre, inertia },
+        Mass::Static => MassProperties::STATIC,
         Mass::Density { density } => MassProperties::of_closed_mesh(object, density)?,
     };
     let Dynamics { restitution, friction, .. } = *given;

@@ -176,7 +176,7 @@ pub struct BodySpec {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Accuracy {
-    /// A distance may be larger than the minimum by this share of itself, from 0 to 1; 0 unless given: as exact as f64 allows.
+    /// A distance may be larger than the minimum by this share of itself, from 0 to below 1; 0 unless given: as exact as f64 allows.
     pub distance_tolerance: Option<f64>,
     /// Larger distances are not wanted, in the caller's length unit; no limit unless given.
     pub distance_up_to: Option<f64>,
@@ -192,7 +192,7 @@ pub struct Accuracy {
 pub struct BodyDynamics {
     /// The body.
     pub body: u32,
-    /// `None` makes it static: of infinite mass.
+    /// `None` makes it static: of infinite mass, with restitution 0 and friction 1.
     pub dynamics: Option<Dynamics>,
 }
 
@@ -221,6 +221,8 @@ pub enum Mass {
         /// Inertia tensor about the centre, along the object's axes: symmetric, positive definite.
         inertia: [[f64; 3]; 3],
     },
+    /// Infinite: the body never moves, and has a restitution and a friction of its own.
+    Static,
     /// Of the volume of the object's closed mesh, in its own frame.
     Density {
         /// Mass by volume, above 0.

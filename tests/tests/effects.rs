@@ -137,6 +137,24 @@ fn cubes_that_meet_head_on_exchange_their_velocities() {
 }
 
 #[test]
+fn what_hits_a_static_body_rebounds_by_the_larger_restitution_of_the_two() {
+    let daemon = DaemonProcess::start();
+    let mut scene = scene(&daemon, &[Effect::Response], 2);
+    let falls = Velocity { linear: [0.0, 0.0, -2.0], ..Velocity::default() };
+    let ball = Dynamics { mass: Mass::Density { density: 3.0 }, restitution: 0.0, friction: 0.0 };
+    let floor = Dynamics { mass: Mass::Static, restitution: 0.5, friction: 0.0 };
+    for (floor, after) in [(None, 0.0), (Some(floor), 1.0)] {
+        scene.set_dynamics(&[(BodyId(0), floor), (BodyId(1), Some(ball))]).expect("a cube is closed");
+        let transforms = [(BodyId(0), at(0.0, 0.0, 0.0)), (BodyId(1), at(0.0, 0.0, 1.0))];
+        let velocities = [(BodyId(1), falls)];
+        let step = StepInput { transforms: &transforms, velocities: &velocities, ..StepInput::default() };
+        let report = scene.step_with(&step).expect("the step is good");
+        let [velocity] = report.velocities() else { panic!("only the cube moves: {:?}", report.velocities()) };
+        assert!(velocity.body == 1 && (velocity.linear[2] - after).abs() < 1e-9, "{:?}", velocity.linear);
+    }
+}
+
+#[test]
 fn mass_and_accuracy_out_of_range_are_refused_by_name() {
     let daemon = DaemonProcess::start();
     let mut scene = scene(&daemon, &[Effect::Response], 1);

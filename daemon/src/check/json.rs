@@ -35,6 +35,7 @@ impl<W: Write> Output for Json<W> {
             step: result.index,
             pairs: result.pairs().map(PairLine::from).collect(),
             velocities: velocities(result),
+            response_fault: result.report.response_fault().map(|body| result.name(body)),
             stages: *result.report.counts(),
         };
         let mut text = serde_json::to_vec(&line)?;
@@ -55,6 +56,8 @@ struct StepLine<'a> {
     pairs: Vec<PairLine<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     velocities: Option<BTreeMap<&'a str, VelocityValue>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    response_fault: Option<&'a str>,
     #[serde(with = "Stages")]
     stages: StageCounts,
 }

@@ -43,7 +43,7 @@ pub(super) struct Body {
     pub velocity: Option<Velocity>,
 }
 
-/// Mass, for the effect `response`: with centre and inertia, or by density.
+/// Mass, for the effect `response`: with centre and inertia, or by density, or static.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Dynamics {
@@ -51,6 +51,8 @@ pub(super) struct Dynamics {
     pub centre: Option<Vec<Number>>,
     pub inertia: Option<Table>,
     pub density: Option<Number>,
+    #[serde(default, rename = "static")]
+    pub is_static: bool,
     pub restitution: Option<Number>,
     pub friction: Option<Number>,
 }

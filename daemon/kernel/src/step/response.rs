@@ -72,8 +72,9 @@ fn runs(results: &Results) -> impl Iterator<Item = (u32, usize)> {
 }
 
 fn response_body(body: &Body) -> ResponseBody {
-    let fixed = Dynamics { mass: MassProperties::FIXED, restitution: 1.0, friction: 1.0 };
-    let Dynamics { mass, restitution, friction } = body.dynamics.unwrap_or(fixed);
+    // Of two bodies the larger restitution counts: this one leaves it to the other.
+    let plain = Dynamics { mass: MassProperties::STATIC, restitution: 0.0, friction: 1.0 };
+    let Dynamics { mass, restitution, friction } = body.dynamics.unwrap_or(plain);
     ResponseBody { mass, restitution, friction, rows: body.rows, velocity: body.velocity }
 }
 

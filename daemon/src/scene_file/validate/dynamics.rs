@@ -25,9 +25,10 @@ pub(super) fn first_velocities(bodies: &[Body]) -> Result<Vec<(usize, Velocity)>
 
 fn dynamics(place: &str, given: &document::Dynamics) -> Result<Dynamics, Invalid> {
     let remedy =
-        "give either \"density\", or \"mass\" and \"inertia\" (and \"centre\" where it is not the object's origin)";
-    let mass = match (given.mass, &given.inertia, given.density) {
-        (Some(mass), Some(inertia), None) => Mass::Given {
+        "give \"static\": true, or \"density\", or \"mass\" and \"inertia\" (and \"centre\" where it is not the object's origin)";
+    let mass = match (given.mass, &given.inertia, given.density, given.is_static) {
+        (None, None, None, true) => Mass::Static,
+        (Some(mass), Some(inertia), None, false) => Mass::Given {
             mass: mass.0,
             centre: vector(place, "centre", given.centre.as_deref(), [0.0; 3])?,
             inertia: match inertia.as_slice() {
@@ -42,7 +43,7 @@ fn dynamics(place: &str, given: &document::Dynamics) -> Result<Dynamics, Invalid
                 }
             },
         },
-        (None, None, Some(density)) => Mass::Density { density: density.0 },
+        (None, None, Some(density), false) => Mass::Density { density: density.0 },
         _ => return Err(Invalid::new(place, "the mass is not given, or given twice", remedy)),
     };
     let dynamics = Dynamics {
@@ -65,6 +66,7 @@ fn non_finite(dynamics: &Dynamics) -> Option<f64> {
             numbers.extend(centre);
             numbers.extend(inertia.as_flattened());
         }
+        Mass::Static => {}
         Mass::Density { density } => numbers.push(density),
     }
     numbers.into_iter().find(|number| !number.is_finite())

@@ -22,9 +22,6 @@ pub struct MassProperties {
 }
 
 impl MassProperties {
-    /// Of a body that never moves.
-    pub const FIXED: MassProperties = MassProperties { mass: f64::INFINITY, centre: [0.0; 3], inertia: [[0.0; 3]; 3] };
-
     /// A body that never moves.
     pub const STATIC: MassProperties = MassProperties { mass: f64::INFINITY, centre: [0.0; 3], inertia: [[0.0; 3]; 3] };
 
