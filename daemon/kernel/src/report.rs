@@ -132,8 +132,8 @@ pub struct StageTimes {
 }
 
 impl StageCounts {
-    /// Adds what another thread has counted.
-    pub(crate) fn add(&mut self, other: &StageCounts) {
+    /// Adds what another thread, or another step, has counted.
+    pub fn add(&mut self, other: &StageCounts) {
         let StageCounts { boxes, broad_pairs, interest_pairs, container_pairs, voxels_visited, .. } = *other;
         let StageCounts { voxel_pairs, polygon_candidates, exact_tests, containment_tests, .. } = *other;
         let StageCounts { distance_searches, contact_pairs, penetration_searches, time_searches, .. } = *other;
