@@ -8,13 +8,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use collided_client::{Client, ClientBuilder};
-use collided_protocol::names::{RENDEZVOUS_FILE, Rendezvous};
+use collided_protocol::names::{DEFAULT_INSTANCE, RENDEZVOUS_FILE, Rendezvous};
 use rustix::process::{Pid, Signal, kill_process};
 
 /// How long anything may take that is waited for: far more than it should.
 pub const PATIENCE: Duration = Duration::from_secs(30);
 
-const INSTANCE: &str = "test";
+/// What a client finds that names no instance; the runtime directory is the test's own.
+const INSTANCE: &str = DEFAULT_INSTANCE;
 static NEXT_DIRECTORY: AtomicU32 = AtomicU32::new(0);
 
 /// A program of this package, which cargo builds beside the tests.
