@@ -30,9 +30,14 @@ fn ci_calls_the_test_command_of_the_readme() {
 
 #[test]
 fn links_of_the_documents_lead_somewhere() {
-    for document in
-        ["README.md", "docs/architecture.md", "docs/protocol.md", "docs/effects.md", "docs/operations.md", "docs/robustness.md"]
-    {
+    for document in [
+        "README.md",
+        "docs/architecture.md",
+        "docs/protocol.md",
+        "docs/effects.md",
+        "docs/operations.md",
+        "docs/robustness.md",
+    ] {
         let folder = Path::new(document).parent().unwrap_or(Path::new(""));
         let text = read(document);
         let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());

@@ -77,10 +77,12 @@ fn what_changes_without_a_motion_is_seen() {
     }
     placed.remove(2);
     let mut new = Scene::new(Effects::INTERFERENCE);
-    let ids: Vec<BodyId> = (0..BODIES as u32).map(|body| {
-        new.add_body(if body == 5 { Arc::clone(&other) } else { Arc::clone(&object) }, None);
-        BodyId(body)
-    }).collect();
+    let ids: Vec<BodyId> = (0..BODIES as u32)
+        .map(|body| {
+            new.add_body(if body == 5 { Arc::clone(&other) } else { Arc::clone(&object) }, None);
+            BodyId(body)
+        })
+        .collect();
     new.remove_body(ids[2]).expect("it is there");
     new.set_interest(BodyId(0), BodyId(1), rule).expect("both are there");
     assert_eq!(step(&mut long, &placed).0, step(&mut new, &placed).0);

@@ -24,8 +24,7 @@ pub(super) fn first_velocities(bodies: &[Body]) -> Result<Vec<(usize, Velocity)>
 }
 
 fn dynamics(place: &str, given: &document::Dynamics) -> Result<Dynamics, Invalid> {
-    let remedy =
-        "give \"static\": true, or \"density\", or \"mass\" and \"inertia\" (and \"centre\" where it is not the object's origin)";
+    let remedy = "give \"static\": true, or \"density\", or \"mass\" and \"inertia\" (and \"centre\" where it is not the object's origin)";
     let mass = match (given.mass, &given.inertia, given.density, given.is_static) {
         (None, None, None, true) => Mass::Static,
         (Some(mass), Some(inertia), None, false) => Mass::Given {
