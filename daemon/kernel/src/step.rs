@@ -227,7 +227,7 @@ impl Step {
         }
         self.results.take_regions(&mut self.workers);
         self.results.list(world.bodies, &self.kept, &self.found);
-        self.response.solve(&mut self.results, &self.kept, world.bodies);
+        self.response.solve(&self.results, &self.kept, world.bodies);
         self.results.count(&mut self.counts);
     }
 }
