@@ -117,7 +117,7 @@ impl Motion {
     /// A world-axis box that holds every rounded vertex of the container's contents at every time of the step.
     ///
     /// On a straight line the extremes are at the ends, and their boxes are exact; only rounding in between can leave
-    /// them, by no more than [`position_bound`](Self::position_bound). A rotating point stays within its distance from
+    /// them, by no more than `position_bound`. A rotating point stays within its distance from
     /// the axis.
     pub fn swept_box(&self, container: &Container) -> GlobalBox {
         let ends = GlobalBox::of(container, &self.at(0.0)).joined(&GlobalBox::of(container, &self.end()));
