@@ -13,7 +13,7 @@ use super::upload::upload;
 
 /// Reads the bytes as a stream of frames, and as one message without a frame, of each kind. What can be read is the same
 /// message after it was written and read again, and what cannot leaves the stream at the next frame. Reads them as an upload,
-/// too: see [`upload`].
+/// too: see the module `upload`.
 ///
 /// # Panics
 /// When one of these does not hold.
