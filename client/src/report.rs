@@ -101,6 +101,13 @@ impl Report {
         self.records().pairs()
     }
 
+    /// The pair that first meets, or may meet, within the step; of those that may meet first, the one proven free for the
+    /// shortest. Given with the effect `time_of_contact`.
+    pub fn first_contact(&self) -> Option<(Pair<'_>, TimeOfContact)> {
+        let times = self.pairs().filter_map(|pair| Some((pair, pair.time_of_contact()?)));
+        times.min_by(|one, other| one.1.free_until().total_cmp(&other.1.free_until()))
+    }
+
     /// Whether every pair is proven clear.
     pub fn is_clear(&self) -> bool {
         self.pairs().all(|pair| pair.verdict() == Verdict::Clear)

@@ -92,6 +92,7 @@ fn time_of_contact_of_linear_and_rigid_motions() {
         time.free_until() <= 0.25 && 0.25 <= time.at_the_latest() && time.at_the_latest() - time.free_until() <= 1e-6
     );
     assert_eq!(pair.verdict(), Verdict::Clear);
+    assert!(report.first_contact().is_some_and(|(pair, first)| pair.b() == BodyId(1) && first == time));
     drop(report);
     // Half a turn about the z axis through the origin brings the cube at x = -11 to x = 11, and past the other one.
     let turn = RigidMotion { angle: std::f64::consts::PI, ..RigidMotion::default() };
