@@ -46,6 +46,7 @@ mod voxel_pairs;
 mod polygon_pairs;
 pub mod polygon_test;
 pub mod predicates;
+mod double;
 pub mod effects;
 pub mod report;
 

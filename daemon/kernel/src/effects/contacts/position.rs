@@ -5,14 +5,12 @@
 //! to even. So the error is at most half an ulp, and one point that is found from several pairs of polygons has the same
 //! bits each time.
 //!
-//! Numbers made of two f64 (Joldes, Muller, Popescu, "Tight and Rigorous Error Bounds for Basic Building Blocks of Double-Word
-//! Arithmetic", TOMS 2017) decide the rounding nearly always; integers of any length decide what is left.
-
-use std::ops::{Add, Div, Mul, Neg, Sub};
+//! Numbers made of two f64 decide the rounding nearly always; integers of any length decide what is left.
 
 use glam::DVec3;
 use num_bigint::BigInt;
 
+use crate::double::Double;
 use crate::predicates::any_range::integers;
 use crate::predicates::is_tame;
 
@@ -179,93 +177,6 @@ fn by_power_of_two(number: f64, exponent: i64) -> f64 {
     let power = |exponent: i64| f64::from_bits(((1023 + exponent) as u64) << 52);
     // Neither half of the exponent leaves the range of f64.
     number * power(exponent / 2) * power(exponent - exponent / 2)
-}
-
-/// The sum of two f64, the first of them the sum rounded.
-#[derive(Debug, Clone, Copy)]
-struct Double {
-    high: f64,
-    low: f64,
-}
-
-impl Double {
-    /// Exact (Knuth).
-    fn sum(a: f64, b: f64) -> Double {
-        let high = a + b;
-        let part = high - a;
-        Double { high, low: (a - (high - part)) + (b - part) }
-    }
-
-    /// Exact where `a` is not smaller than `b` in magnitude, or both are 0 (Dekker).
-    fn ordered_sum(a: f64, b: f64) -> Double {
-        let high = a + b;
-        Double { high, low: b - (high - a) }
-    }
-
-    fn difference(a: f64, b: f64) -> Double {
-        Double::sum(a, -b)
-    }
-
-    /// Exact: the fused operation gives the very rounding error, on every machine.
-    fn product(a: f64, b: f64) -> Double {
-        let high = a * b;
-        Double { high, low: a.mul_add(b, -high) }
-    }
-}
-
-impl From<f64> for Double {
-    fn from(high: f64) -> Double {
-        Double { high, low: 0.0 }
-    }
-}
-
-impl Neg for Double {
-    type Output = Double;
-
-    fn neg(self) -> Double {
-        Double { high: -self.high, low: -self.low }
-    }
-}
-
-impl Add for Double {
-    type Output = Double;
-
-    /// Algorithm 6 of Joldes et al.
-    fn add(self, other: Double) -> Double {
-        let (high, low) = (Double::sum(self.high, other.high), Double::sum(self.low, other.low));
-        let inner = Double::ordered_sum(high.high, high.low + low.high);
-        Double::ordered_sum(inner.high, low.low + inner.low)
-    }
-}
-
-impl Sub for Double {
-    type Output = Double;
-
-    fn sub(self, other: Double) -> Double {
-        self + -other
-    }
-}
-
-impl Mul for Double {
-    type Output = Double;
-
-    /// Algorithm 11 of Joldes et al.
-    fn mul(self, other: Double) -> Double {
-        let high = Double::product(self.high, other.high);
-        let cross = self.high.mul_add(other.low, self.low * other.high);
-        Double::ordered_sum(high.high, high.low + cross)
-    }
-}
-
-impl Div for Double {
-    type Output = Double;
-
-    /// Algorithm 17 of Joldes et al.
-    fn div(self, other: Double) -> Double {
-        let first = self.high / other.high;
-        let rest = self - other * Double::from(first);
-        Double::ordered_sum(first, rest.high / other.high)
-    }
 }
 
 #[cfg(test)]

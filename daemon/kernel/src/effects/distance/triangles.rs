@@ -15,7 +15,8 @@
 
 use glam::DVec3;
 
-use super::numbers::{Double, Number, Vector, along, cross, dot, sub};
+use super::numbers::{Number, Vector, along, cross, dot, sub};
+use crate::double::Double;
 
 /// Per size of the two triangles: how far a value and its proof may be apart.
 const ACCEPTED: f64 = 40.0 * (f64::EPSILON / 2.0);
