@@ -192,12 +192,13 @@ impl<'a> Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    /// The minimum distance; given with the effect `distance`, up to its limit.
+    /// The minimum distance. `None`: beyond the limit, or the pair does not ask for the effect `distance`.
     pub fn distance(&self) -> Option<&'a DistanceRecord> {
         of_pair(self.effects.distances, self.place, |record| record.pair).first()
     }
 
-    /// When the bodies first meet within the step; given with the effect `time_of_contact`. `None`: not at all, proven.
+    /// When the bodies first meet within the step. `None`: not at all, proven, or the pair does not ask for the effect
+    /// `time_of_contact`.
     pub fn time_of_contact(&self) -> Option<TimeOfContact> {
         of_pair(self.effects.times, self.place, |record| record.pair).first().map(TimeOfContact::from)
     }

@@ -36,7 +36,7 @@ pub struct StageCounts {
     pub boxes: u64,
     /// Pairs of bodies whose global bounding boxes overlap.
     pub broad_pairs: u64,
-    /// Of these, pairs that the interest matrix keeps.
+    /// Of these, and of those that an effect looks at from farther away, pairs that the interest matrix keeps.
     pub interest_pairs: u64,
     /// Of these, pairs whose containers reach each other.
     pub container_pairs: u64,
@@ -82,7 +82,7 @@ pub struct StageTimes {
     pub polygon_pairs: u64,
     /// Exact polygon tests, summed over the threads.
     pub polygon_tests: u64,
-    /// Results ordered and merged.
+    /// Stage 9 of pairs and bodies, and results ordered and merged.
     pub effects: u64,
     /// Report written into shared memory.
     pub report: u64,

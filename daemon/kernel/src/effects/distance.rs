@@ -104,7 +104,7 @@ pub fn distance(
     search.result()
 }
 
-/// The most triangles of a voxel that are compared as they are. Measured: with half or twice as many the bunnies take half as long again.
+/// The most triangles of a voxel that are compared as they are. The best of 12, 32, 64 and 128 on two meshes of 69,451 triangles.
 const FEW: u32 = 128;
 
 /// The distance of two triangles at world positions, 0 exactly when they interfere; within `16·2^-53` of the sum of the sides of their box.
