@@ -10,6 +10,9 @@ use iceoryx2::prelude::ZeroCopySend;
 /// [`ReportHeader::status`] of a step that was answered; any other value is an [`ErrorCode`](crate::ErrorCode).
 pub const STATUS_OK: u32 = 0;
 
+/// Bit of [`ReportHeader::flags`]: a cap on impacts or iterations ended the response before it was as exact as it should be.
+pub const FLAG_RESPONSE_CAPPED: u32 = 1;
+
 /// Section of [`PairRecord`]s: the pairs not proven clear, and those of which an effect has something to say, ordered by
 /// (a, b), a < b.
 pub const SECTION_PAIRS: usize = 0;
@@ -111,6 +114,11 @@ pub struct ReportHeader {
     pub error_bytes: u32,
     /// 1 and the id of a body whose inertia, where it stands, is not positive definite: there is no response then. Else 0.
     pub response_fault: u32,
+    /// 1 and the id of a body that this step is the first to place, though a pair of it asks for `time_of_contact`: it counts as
+    /// still in this step. The lowest id of several. Else 0.
+    pub time_fault: u32,
+    /// [`FLAG_RESPONSE_CAPPED`], or 0. Bits of later versions are for readers of this one to pass over.
+    pub flags: u32,
     /// Where each section stands, by its `SECTION_` number.
     pub sections: [Section; SECTION_COUNT],
     /// How many things each stage looked at.
@@ -276,4 +284,4 @@ const _: () = assert!(size_of::<PairRecord>() == 24);
 const _: () = assert!(size_of::<PolygonPairRecord>() == 12);
 const _: () = assert!(size_of::<StageCounts>() == 128);
 const _: () = assert!(size_of::<StageTimes>() == 72);
-const _: () = assert!(size_of::<ReportHeader>() == 368);
+const _: () = assert!(size_of::<ReportHeader>() == 376);
