@@ -2,10 +2,10 @@
 
 use bytemuck::Pod;
 use collided_protocol::effect_records::{
-    ContactAreaRecord, ContactPointRecord, ContactRegionRecord, ContactSegmentRecord, DistanceRecord, ImpulseRecord,
-    PenetrationRecord, SECTION_AREA_CORNERS, SECTION_CONTACT_AREAS, SECTION_CONTACT_POINTS, SECTION_CONTACT_REGIONS,
-    SECTION_CONTACT_SEGMENTS, SECTION_DISTANCES, SECTION_IMPULSES, SECTION_PENETRATIONS, SECTION_TIMES_OF_CONTACT,
-    SECTION_VELOCITIES, TIME_CONTACT, TIME_POSSIBLE, TimeRecord,
+    BoundRecord, ContactAreaRecord, ContactPointRecord, ContactRegionRecord, ContactSegmentRecord, DistanceRecord,
+    ImpulseRecord, PenetrationRecord, SECTION_AREA_CORNERS, SECTION_BOUNDS, SECTION_CONTACT_AREAS,
+    SECTION_CONTACT_POINTS, SECTION_CONTACT_REGIONS, SECTION_CONTACT_SEGMENTS, SECTION_DISTANCES, SECTION_IMPULSES,
+    SECTION_PENETRATIONS, SECTION_TIMES_OF_CONTACT, SECTION_VELOCITIES, TIME_CONTACT, TIME_POSSIBLE, TimeRecord,
 };
 use collided_protocol::report::ReportHeader;
 use collided_protocol::step::{VelocityRecord, Word};
@@ -121,6 +121,7 @@ pub(crate) struct EffectRecords<'a> {
     pub penetrations: &'a [PenetrationRecord],
     pub impulses: &'a [ImpulseRecord],
     pub velocities: &'a [VelocityRecord],
+    pub bounds: &'a [BoundRecord],
 }
 
 impl<'a> EffectRecords<'a> {
@@ -136,6 +137,7 @@ impl<'a> EffectRecords<'a> {
             penetrations: section(header, words, SECTION_PENETRATIONS)?,
             impulses: section(header, words, SECTION_IMPULSES)?,
             velocities: section(header, words, SECTION_VELOCITIES)?,
+            bounds: section(header, words, SECTION_BOUNDS)?,
         })
     }
 

@@ -49,7 +49,7 @@ pub use collided_protocol::control::{
     Accuracy, ClientStatus, Dynamics, Mass, ObjectInfo, Reply, Request, SceneStatus, Status,
 };
 pub use collided_protocol::effect_records::{
-    ContactPointRecord, ContactSegmentRecord, DistanceRecord, ImpulseRecord, PenetrationRecord,
+    BoundRecord, ContactPointRecord, ContactSegmentRecord, DistanceRecord, ImpulseRecord, PenetrationRecord,
 };
 pub use collided_protocol::report::{Containment, Level, Relation, StageCounts, StageTimes, Verdict};
 pub use collided_protocol::step::{Rows, VelocityRecord};

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use collided_protocol::WireError;
-use collided_protocol::effect_records::{DistanceRecord, ImpulseRecord, PenetrationRecord};
+use collided_protocol::effect_records::{BoundRecord, DistanceRecord, ImpulseRecord, PenetrationRecord};
 use collided_protocol::report::{
-    Containment, Level, PairRecord, PolygonPairRecord, Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS,
-    STATUS_OK, StageCounts, StageTimes, Verdict,
+    Containment, FLAG_INCOMPLETE, Level, PAIR_UNFINISHED, PairRecord, PolygonPairRecord, Relation, ReportHeader,
+    SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK, StageCounts, StageTimes, Verdict,
 };
 use collided_protocol::step::{VelocityRecord, Word};
 
@@ -110,7 +110,12 @@ impl Report {
 
     /// Whether every pair is proven clear.
     pub fn is_clear(&self) -> bool {
-        self.pairs().all(|pair| pair.verdict() == Verdict::Clear)
+        self.is_complete() && self.pairs().all(|pair| pair.verdict() == Verdict::Clear)
+    }
+
+    /// Whether the budget was enough to find the pairs that matter; if not, every pair that is not listed is open too.
+    pub fn is_complete(&self) -> bool {
+        self.header().flags & FLAG_INCOMPLETE == 0
     }
 
     /// How many polygon pairs there are, over all pairs.
@@ -169,6 +174,16 @@ impl<'a> Pair<'a> {
     /// How far that was refined.
     pub fn level(&self) -> Level {
         Level::from_code(self.record.level).unwrap_or(Level::GlobalBoxes)
+    }
+
+    /// Whether the budget was used up before all was done that the pair asks for: effects that are missing were not computed.
+    pub fn is_unfinished(&self) -> bool {
+        self.record.flags & PAIR_UNFINISHED != 0
+    }
+
+    /// How far apart, or how deep in each other, the bodies can still be; given when the verdict is possible.
+    pub fn bound(&self) -> Option<&'a BoundRecord> {
+        of_pair(self.effects.bounds, self.place, |record| record.pair).first()
     }
 
     /// How the bodies meet; given with the effect `polygon_pairs`.

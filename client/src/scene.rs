@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use collided_protocol::control::{self, Accuracy, BodyDynamics, Dynamics, InterestRule, Reply, Request};
+use collided_protocol::control::{self, Accuracy, BodyDynamics, Dynamics, InterestRule, PairAccuracy, Reply, Request};
 use collided_protocol::step::Rows;
 use collided_protocol::{Effect, Effects};
 
@@ -155,12 +155,21 @@ impl Scene {
         self.client.expect_done(&Request::SetEffects { scene: self.id, effects })
     }
 
-    /// Changes how exactly effects are computed.
+    /// Changes how exactly pairs without an accuracy of their own are answered, and what a step may take.
     ///
     /// # Errors
     /// [`Error::Refused`] with `BadAccuracy`.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) -> Result<(), Error> {
         self.client.expect_done(&Request::SetAccuracy { scene: self.id, accuracy })
+    }
+
+    /// Gives pairs an accuracy of their own instead of the scene's, or takes it back; all are set, or none. A budget is of the scene only.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with `UnknownBody` or `BadAccuracy`.
+    pub fn set_pair_accuracy(&mut self, pairs: &[(BodyId, BodyId, Option<Accuracy>)]) -> Result<(), Error> {
+        let pairs = pairs.iter().map(|&(a, b, accuracy)| PairAccuracy { a: a.0, b: b.0, accuracy }).collect();
+        self.client.expect_done(&Request::SetPairAccuracy { scene: self.id, pairs })
     }
 
     /// Gives bodies mass, or takes it from them, for the effect `response`; all are set, or none. A body without is static,

@@ -159,6 +159,9 @@ impl<'a> Connection<'a> {
                 Ok(Reply::Done)
             }
             Request::SetAccuracy { scene, accuracy } => self.scene(scene)?.set_accuracy(accuracy).map(|()| Reply::Done),
+            Request::SetPairAccuracy { scene, pairs } => {
+                self.scene(scene)?.set_pair_accuracy(&pairs).map(|()| Reply::Done)
+            }
             Request::SetDynamics { scene, bodies } => self.scene(scene)?.set_dynamics(&bodies).map(|()| Reply::Done),
             Request::SetInterest { scene, rules } => self.set_interest(scene, &rules),
             Request::DropScene { scene } => self.drop_scene(scene),

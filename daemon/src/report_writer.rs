@@ -8,7 +8,8 @@ use collided_client::transport::{self, StepActive};
 use collided_kernel as kernel;
 use collided_protocol::limits::MAX_REPORT_WORDS;
 use collided_protocol::report::{
-    Containment, Level, PairRecord, Relation, ReportHeader, STATUS_OK, Section, StageCounts, StageTimes, Verdict,
+    Containment, FLAG_INCOMPLETE, Level, PAIR_UNFINISHED, PairRecord, Relation, ReportHeader, STATUS_OK, Section,
+    StageCounts, StageTimes, Verdict,
 };
 use collided_protocol::step::Word;
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
@@ -39,6 +40,7 @@ pub fn send_report(
     check_size(words)?;
     header.counts = stage_counts(report.counts());
     header.times = stage_times(report.times());
+    header.flags = if report.is_complete() { 0 } else { FLAG_INCOMPLETE };
     header.response_fault = report.response_fault().map_or(0, |body| body.0 + 1);
     let pairs = pair_records(report).flat_map(effect_words::of::<_, PAIR_WORDS>).chain(polygon_pair_words(report));
     let mut content = pairs.chain(effect_words::words(report));
@@ -118,7 +120,7 @@ fn pair_records(report: &kernel::Report<'_>) -> impl Iterator<Item = PairRecord>
             containment: pair.containment.map_or(Containment::None, containment) as u8,
             first_polygon_pair,
             polygon_pair_count,
-            reserved: 0,
+            flags: if pair.unfinished { PAIR_UNFINISHED } else { 0 },
         };
         first_polygon_pair += polygon_pair_count;
         record

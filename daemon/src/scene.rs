@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use collided_kernel as kernel;
 use collided_kernel::{BodyId, GroupId};
-use collided_protocol::control::{Accuracy, BodyDynamics, BodySpec, Interest, InterestRule};
+use collided_protocol::control::{Accuracy, BodyDynamics, BodySpec, Interest, InterestRule, PairAccuracy};
 use collided_protocol::limits::MAX_BODIES;
 use collided_protocol::{Effect, Effects, ErrorCode, WireError};
 
@@ -27,6 +28,8 @@ pub struct Scene {
     pub kernel: kernel::Scene,
     /// Set when a step failed inside the kernel: what it holds can no longer be trusted.
     pub broken: bool,
+    /// What a step may take.
+    pub budget: Option<Duration>,
     bodies: BTreeMap<u32, Body>,
     ids: HashMap<String, u32>,
     groups: HashMap<String, GroupId>,
@@ -45,6 +48,7 @@ impl SharedScene {
         let scene = Scene {
             kernel: kernel::Scene::new(kernel_effects(effects)),
             broken: false,
+            budget: None,
             bodies: BTreeMap::new(),
             ids: HashMap::new(),
             groups: HashMap::new(),
@@ -116,13 +120,30 @@ impl SharedScene {
         self.lock().kernel.set_effects(kernel_effects(effects));
     }
 
-    /// Changes how exactly effects are computed.
+    /// Changes how exactly pairs without an accuracy of their own are answered, and what a step may take.
     ///
     /// # Errors
     /// `BadAccuracy` names the field and its range.
     pub fn set_accuracy(&self, accuracy: Accuracy) -> Result<(), WireError> {
+        let budget = settings_of_effects::budget(&accuracy)?;
         let accuracy = settings_of_effects::accuracy(&accuracy)?;
-        self.lock().kernel.set_accuracy(accuracy);
+        let mut scene = self.lock();
+        scene.kernel.set_accuracy(accuracy);
+        scene.budget = budget;
+        Ok(())
+    }
+
+    /// Gives pairs an accuracy of their own, or takes it back: all, or none.
+    ///
+    /// # Errors
+    /// `UnknownBody`; `BadMessage` for a pair of one body with itself; `BadAccuracy` names the bodies, the field and its range.
+    pub fn set_pair_accuracy(&self, pairs: &[PairAccuracy]) -> Result<(), WireError> {
+        let mut scene = self.lock();
+        let accuracies = pairs.iter().map(|pair| scene.pair_accuracy(pair)).collect::<Result<Vec<_>, _>>()?;
+        for (pair, accuracy) in pairs.iter().zip(accuracies) {
+            let set = scene.kernel.set_pair_accuracy(BodyId(pair.a), BodyId(pair.b), accuracy);
+            set.map_err(|error| unknown_body(error.0.0))?;
+        }
         Ok(())
     }
 
@@ -146,7 +167,7 @@ impl SharedScene {
     /// `UnknownBody`, `BadMessage` for a pair of one body with itself.
     pub fn set_interest(&self, rules: &[InterestRule]) -> Result<(), WireError> {
         let mut scene = self.lock();
-        rules.iter().try_for_each(|rule| scene.check_rule(rule))?;
+        rules.iter().try_for_each(|rule| scene.check_pair("an interest rule", rule.a, rule.b))?;
         for rule in rules {
             let interest = kernel_interest(rule.interest);
             let set = scene.kernel.set_interest(BodyId(rule.a), BodyId(rule.b), interest);
@@ -232,14 +253,33 @@ impl Scene {
         Ok(())
     }
 
-    fn check_rule(&self, rule: &InterestRule) -> Result<(), WireError> {
-        if let Some(id) = [rule.a, rule.b].into_iter().find(|id| !self.bodies.contains_key(id)) {
+    fn pair_accuracy(&self, pair: &PairAccuracy) -> Result<Option<kernel::Accuracy>, WireError> {
+        self.check_pair("an accuracy", pair.a, pair.b)?;
+        let Some(given) = &pair.accuracy else { return Ok(None) };
+        let accuracy = match given.budget_us {
+            None => settings_of_effects::accuracy(given),
+            Some(budget) => Err(WireError::new(
+                ErrorCode::BadAccuracy,
+                format!("budget_us is {budget}"),
+                "give the budget with the accuracy of the scene: it is that of a whole step",
+            )),
+        };
+        let names = [pair.a, pair.b].map(|id| self.body_name(id));
+        let named = |error: WireError| WireError {
+            message: format!("bodies {} and {}: {}", names[0], names[1], error.message),
+            ..error
+        };
+        accuracy.map(Some).map_err(named)
+    }
+
+    fn check_pair(&self, what: &str, a: u32, b: u32) -> Result<(), WireError> {
+        if let Some(id) = [a, b].into_iter().find(|id| !self.bodies.contains_key(id)) {
             return Err(unknown_body(id));
         }
-        if rule.a == rule.b {
+        if a == b {
             return Err(WireError::new(
                 ErrorCode::BadMessage,
-                format!("an interest rule names body {} (id {}) twice", self.body_name(rule.a), rule.a),
+                format!("{what} names body {} (id {a}) twice", self.body_name(a)),
                 "name two bodies",
             ));
         }

@@ -4,12 +4,13 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use collided_client::TransportError;
 use collided_client::transport::{
     self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed,
 };
+use collided_kernel::Budget;
 use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::names::{reply_service, step_service, wake_service};
 use collided_protocol::report::ReportHeader;
@@ -43,6 +44,8 @@ struct SceneThread {
     stopped: OwnedFd,
     /// What is copied out of the client's reach.
     copied: step_payload::Copied,
+    /// How long it took to write and send the last report.
+    writing: Duration,
 }
 
 /// The daemon's ports of a scene, with the services they belong to.
@@ -64,8 +67,14 @@ impl RunningScene {
         let (stop, stopped) = transport::stop_pair().map_err(|error| internal(&error))?;
         let scene = Arc::new(scene);
         let (daemon, thread_scene) = (Arc::clone(daemon), Arc::clone(&scene));
-        let thread =
-            SceneThread { daemon, scene: thread_scene, ports, stopped, copied: step_payload::Copied::default() };
+        let thread = SceneThread {
+            daemon,
+            scene: thread_scene,
+            ports,
+            stopped,
+            copied: step_payload::Copied::default(),
+            writing: Duration::ZERO,
+        };
         let thread = thread::Builder::new()
             .name(format!("scene-{id}"))
             .spawn(move || thread.run())
@@ -228,6 +237,9 @@ impl SceneThread {
         }
         scene.refresh_objects(&self.daemon.databases);
         let slot = self.daemon.budget.slot();
+        scene.kernel.set_budget(scene.budget.map_or(Budget::Unlimited, |budget| {
+            Budget::Nanoseconds(budget.saturating_sub(start.elapsed() + self.writing).as_nanos() as u64)
+        }));
         let kernel = &mut scene.kernel;
         let step = || {
             let kernel = kernel;
@@ -237,10 +249,12 @@ impl SceneThread {
         let error = match outcome {
             Ok(Ok(report)) => {
                 let written = Instant::now();
-                return report_writer::send_report(active, reply, &report, |times| {
+                let sent = report_writer::send_report(active, reply, &report, |times| {
                     times.report = written.elapsed().as_nanos() as u64;
                     times.total = start.elapsed().as_nanos() as u64;
                 });
+                self.writing = written.elapsed();
+                return sent;
             }
             Ok(Err(error)) => error,
             Err(_) => {

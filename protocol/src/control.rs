@@ -8,6 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 use serde::{Deserialize, Serialize};
 
+use crate::report::Level;
 use crate::{Effects, WireError};
 
 /// What a client may ask for.
@@ -104,12 +105,19 @@ pub enum Request {
         /// The new effects.
         effects: Effects,
     },
-    /// Change how exactly effects are computed.
+    /// Change how exactly pairs without an accuracy of their own are answered, and what a step may cost.
     SetAccuracy {
         /// The scene.
         scene: u32,
         /// The new accuracy.
         accuracy: Accuracy,
+    },
+    /// Give pairs an accuracy of their own, or take it back. All are set, or none.
+    SetPairAccuracy {
+        /// The scene.
+        scene: u32,
+        /// The pairs.
+        pairs: Vec<PairAccuracy>,
     },
     /// Give bodies mass, or take it from them. All are set, or none.
     SetDynamics {
@@ -172,10 +180,14 @@ pub struct BodySpec {
     pub group: Option<String>,
 }
 
-/// How exactly effects are computed. What is left out has its default.
+/// How exactly a scene, or a pair, is answered. What is left out has its default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Accuracy {
+    /// Where the refinement of verdicts ends; `polygons`, the exact answer, unless given. What is not proven clear there is possible.
+    pub level: Option<Level>,
+    /// With level `voxels`, the order of the voxels that are compared; orders above an object's own count as that. Its own unless given.
+    pub order: Option<u32>,
     /// A distance may be larger than the minimum by this share of itself, from 0 to below 1; 0 unless given: as exact as f64 allows.
     pub distance_tolerance: Option<f64>,
     /// Larger distances are not wanted, in the caller's length unit; no limit unless given.
@@ -184,6 +196,21 @@ pub struct Accuracy {
     pub time_tolerance: Option<f64>,
     /// Work that the time of contact of one pair may cost, in comparisons of two voxels; 4,194,304 unless given.
     pub iterations: Option<u32>,
+    /// What a step may take from its arrival in the daemon to the report, in microseconds, above 0; no limit unless given. When it is used up, what
+    /// is not decided is possible. Of a whole scene, never of a pair.
+    pub budget_us: Option<f64>,
+}
+
+/// A pair, and its accuracy.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PairAccuracy {
+    /// One body.
+    pub a: u32,
+    /// The other body.
+    pub b: u32,
+    /// `None`: that of the scene.
+    pub accuracy: Option<Accuracy>,
 }
 
 /// A body and its mass.

@@ -26,6 +26,25 @@ pub const SECTION_IMPULSES: usize = 10;
 /// Section of [`VelocityRecord`](crate::step::VelocityRecord)s: of the bodies with mass that an impulse has reached, after it.
 pub const SECTION_VELOCITIES: usize = 11;
 
+/// Section of [`BoundRecord`]s, one for each pair left possible.
+pub const SECTION_BOUNDS: usize = 12;
+
+/// How far apart, or how deep in each other, a pair that is left possible can be. Up to the rounding of world vertices.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct BoundRecord {
+    /// Place of the pair.
+    pub pair: u32,
+    /// Orders of the voxels of `a` and of `b` that reach each other; 0 are the containers.
+    pub orders: [u32; 2],
+    /// Zero in this version.
+    pub reserved: u32,
+    /// The surfaces meet, or are at most this far apart where they are nearest.
+    pub apart_at_most: f64,
+    /// A translation of this length takes the bodies apart.
+    pub deep_at_most: f64,
+}
+
 /// The minimum distance of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]

@@ -6,12 +6,15 @@
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
+use serde::{Deserialize, Serialize};
 
 /// [`ReportHeader::status`] of a step that was answered; any other value is an [`ErrorCode`](crate::ErrorCode).
 pub const STATUS_OK: u32 = 0;
 
 /// Bit of [`ReportHeader::flags`]: a cap on impacts or iterations ended the response before it was as exact as it should be.
 pub const FLAG_RESPONSE_CAPPED: u32 = 1;
+/// [`ReportHeader::flags`]: the budget was used up before all pairs that matter were found; every pair that is not listed is open too.
+pub const FLAG_INCOMPLETE: u32 = 2;
 
 /// Section of [`PairRecord`]s: the pairs not proven clear, and those of which an effect has something to say, ordered by
 /// (a, b), a < b.
@@ -139,8 +142,9 @@ pub enum Verdict {
     Possible = 2,
 }
 
-/// How far a verdict was refined.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// How far a verdict was, or is to be, refined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Level {
     /// Global bounding boxes.
@@ -151,6 +155,11 @@ pub enum Level {
     Voxels = 2,
     /// Exact polygon tests.
     Polygons = 3,
+}
+
+impl Level {
+    /// All levels, the coarsest first.
+    pub const ALL: [Level; 4] = [Level::GlobalBoxes, Level::Containers, Level::Voxels, Level::Polygons];
 }
 
 /// How two polygons, or two bodies, meet. Given with the effect `polygon_pairs`.
@@ -244,6 +253,10 @@ codes!(Containment {
     UnknownBInconsistent = "unknown",
 });
 
+/// [`PairRecord::flags`]: the budget was used up before all was done that the pair asks for; effects that are missing were not
+/// computed.
+pub const PAIR_UNFINISHED: u32 = 1;
+
 /// One pair of bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
@@ -264,8 +277,8 @@ pub struct PairRecord {
     pub first_polygon_pair: u32,
     /// How many records it has there.
     pub polygon_pair_count: u32,
-    /// Zero in this version.
-    pub reserved: u32,
+    /// [`PAIR_UNFINISHED`], or 0.
+    pub flags: u32,
 }
 
 /// One pair of interfering polygons.

@@ -33,7 +33,16 @@ impl BroadPhase {
     ///
     /// Same as [`brute_force::overlapping_boxes`], which tests all pairs.
     pub fn overlapping_boxes(&mut self, boxes: &[GlobalBox]) -> &[(u32, u32)] {
+        self.overlapping_within(boxes, |_| false)
+    }
+
+    /// As [`overlapping_boxes`](Self::overlapping_boxes), until `spend` says that what it is told of work, in comparisons of boxes, is
+    /// too much: then only the pairs found so far.
+    pub(crate) fn overlapping_within(&mut self, boxes: &[GlobalBox], spend: impl Fn(u64) -> bool) -> &[(u32, u32)] {
         self.pairs.clear();
+        if spend(boxes.len() as u64) {
+            return &self.pairs;
+        }
         if boxes.len() <= 2 * LEAF {
             brute_force::overlapping_boxes(boxes, &mut self.pairs);
             return &self.pairs;
@@ -43,7 +52,7 @@ impl BroadPhase {
         self.nodes.clear();
         if !self.order.is_empty() {
             self.build(boxes, 0, self.order.len());
-            self.compare(boxes);
+            self.compare(boxes, spend);
         }
         self.pairs.sort_unstable();
         &self.pairs
@@ -67,10 +76,17 @@ impl BroadPhase {
     }
 
     /// The tree against itself; `(n, n)` stands for the pairs within node `n`.
-    fn compare(&mut self, boxes: &[GlobalBox]) {
+    fn compare(&mut self, boxes: &[GlobalBox], spend: impl Fn(u64) -> bool) {
+        /// Pairs of nodes between two looks at the budget: about a microsecond.
+        const SLICE: u64 = 64;
+        let mut compared = 0;
         self.stack.clear();
         self.stack.push((0, 0));
         while let Some((i, j)) = self.stack.pop() {
+            compared += 1;
+            if compared % SLICE == 0 && spend(SLICE) {
+                return;
+            }
             let (a, b) = (self.nodes[i as usize], self.nodes[j as usize]);
             if i != j && !a.bounds.overlaps(&b.bounds) {
                 continue;

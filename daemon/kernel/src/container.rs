@@ -159,7 +159,11 @@ impl Lattice {
 
     /// Half the sides of a voxel of `level`, in the object's frame.
     pub(crate) fn half_sides_at(&self, level: usize) -> DVec3 {
-        let bits = self.bits_at(level);
+        self.half_sides_after(self.bits_at(level))
+    }
+
+    /// Half the sides of a voxel after so many halvings of each axis, in the object's frame.
+    pub(crate) fn half_sides_after(&self, bits: [u32; 3]) -> DVec3 {
         DVec3::from([0, 1, 2].map(|axis| self.half_sides[axis] * half_to_the(bits[axis])))
     }
 

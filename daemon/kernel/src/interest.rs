@@ -3,6 +3,7 @@
 //! Most entries are the default: the scene's effects, or nothing for two bodies of one group. What differs is kept with the
 //! body of the smaller id, ordered by the other one's, so that a scene without rules pays nothing for them.
 
+use crate::accuracy::Accuracy;
 use crate::effects::Effects;
 use crate::scene::BodyId;
 
@@ -22,16 +23,17 @@ pub enum Interest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct GroupId(pub u32);
 
-/// One body's row of the matrix: its group, and its rules with bodies of larger id.
+/// One body's row of the matrix: its group, and its rules and accuracies with bodies of larger id.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InterestRow {
     group: Option<GroupId>,
     rules: Vec<(BodyId, Interest)>,
+    accuracies: Vec<(BodyId, Accuracy)>,
 }
 
 impl InterestRow {
     pub fn of(group: Option<GroupId>) -> InterestRow {
-        InterestRow { group, rules: Vec::new() }
+        InterestRow { group, ..InterestRow::default() }
     }
 
     pub fn set(&mut self, other: BodyId, interest: Interest) {
@@ -41,6 +43,25 @@ impl InterestRow {
             (Err(_), Interest::Default) => {}
             (Err(at), _) => self.rules.insert(at, (other, interest)),
         }
+    }
+
+    pub fn set_accuracy(&mut self, other: BodyId, accuracy: Option<Accuracy>) {
+        match (self.accuracies.binary_search_by_key(&other, |rule| rule.0), accuracy) {
+            (Ok(at), None) => drop(self.accuracies.remove(at)),
+            (Ok(at), Some(accuracy)) => self.accuracies[at].1 = accuracy,
+            (Err(_), None) => {}
+            (Err(at), Some(accuracy)) => self.accuracies.insert(at, (other, accuracy)),
+        }
+    }
+
+    /// The accuracy of the pair of this body and `other`, when it has one of its own.
+    #[inline]
+    pub fn accuracy(&self, other: BodyId) -> Option<&Accuracy> {
+        if self.accuracies.is_empty() {
+            return None;
+        }
+        let at = self.accuracies.binary_search_by_key(&other, |rule| rule.0).ok()?;
+        Some(&self.accuracies[at].1)
     }
 
     /// What to compute for the pair of this body and `other`, whose row is `row`.

@@ -11,12 +11,13 @@
 //!
 //! | each step | |
 //! |---|---|
-//! | 1. [`scene`], [`transforms`], [`motion`] | transforms in |
+//! | 1. [`scene`], [`accuracy`], [`transforms`], [`motion`] | transforms in |
 //! | 2. [`global_boxes`] | global bounding boxes |
 //! | 3. [`broad_phase`] | overlapping boxes |
 //! | 4. [`interest`] | the pairs that matter |
 //! | 5. `submatrix` | containers and interference submatrices |
 //! | 6. `voxel_pairs` | pairs of voxels that reach each other |
+//! | `open_bound` | what is known of pairs that are not refined further |
 //! | 7. `polygon_pairs` | pairs of polygons |
 //! | 8. [`polygon_test`], [`predicates`] | exact polygon tests |
 //! | 9. [`effects`] | the effects asked for, a file for each |
@@ -37,12 +38,14 @@ pub mod voxel_matrix;
 mod voxel_slabs;
 
 pub mod scene;
+pub mod accuracy;
 pub mod transforms;
 pub mod global_boxes;
 pub mod broad_phase;
 pub mod interest;
 mod submatrix;
 mod voxel_pairs;
+mod open_bound;
 mod polygon_pairs;
 pub mod polygon_test;
 pub mod predicates;
@@ -54,6 +57,7 @@ pub mod step;
 pub mod workforce;
 pub mod brute_force;
 
+pub use accuracy::{Accuracy, Budget};
 pub use affine::Rows;
 pub use container::{Container, MAX_ORDER};
 pub use effects::Effects;
@@ -63,8 +67,8 @@ pub use interest::{GroupId, Interest};
 pub use mesh::PolygonMesh;
 pub use motion::{Motion, MotionError};
 pub use object::{Object, ObjectError, Progress};
-pub use report::{Level, PairResult, PolygonPair, Relation, Report, StageCounts, StageTimes, Verdict};
-pub use scene::{Accuracy, BodyId, Dynamics, Scene, UnknownBody};
+pub use report::{Level, OpenBound, PairResult, PolygonPair, Relation, Report, StageCounts, StageTimes, Verdict};
+pub use scene::{BodyId, Dynamics, Scene, UnknownBody};
 pub use step::{Clock, NoClock};
 pub use transforms::{RigidMotion, StepError, StepInput, Transforms};
 pub use workforce::Workforce;

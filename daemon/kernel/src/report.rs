@@ -46,6 +46,18 @@ pub enum Level {
     Polygons,
 }
 
+/// How far from contact, or how deep in it, a pair that is left possible can be. World lengths; both hold up to the rounding of
+/// world vertices.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OpenBound {
+    /// Orders of the voxels of `a` and of `b` that reach each other; 0 are the containers.
+    pub orders: [u32; 2],
+    /// The surfaces are nowhere farther from each other than this at their nearest: they meet, or the gap is at most this.
+    pub apart_at_most: f64,
+    /// However deep they are in each other, a translation of this length takes them apart.
+    pub deep_at_most: f64,
+}
+
 /// One pair of bodies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PairResult {
@@ -57,6 +69,8 @@ pub struct PairResult {
     pub verdict: Verdict,
     /// How far it was refined.
     pub level: Level,
+    /// Whether the budget was used up before all was done that the pair asks for: effects that are missing were not computed.
+    pub unfinished: bool,
     /// The strongest relation of their polygons; given with [`Effects::POLYGON_PAIRS`](crate::Effects::POLYGON_PAIRS).
     pub relation: Option<Relation>,
     /// Which body is inside the other; given with [`Effects::CONTAINMENT`](crate::Effects::CONTAINMENT).
@@ -165,6 +179,7 @@ pub struct Report<'s> {
     pub(crate) response: &'s StepResponse,
     pub(crate) counts: &'s StageCounts,
     pub(crate) times: &'s StageTimes,
+    pub(crate) is_complete: bool,
 }
 
 impl<'s> Report<'s> {
@@ -181,6 +196,16 @@ impl<'s> Report<'s> {
     /// Number of polygon pairs over all pairs.
     pub fn polygon_pair_count(&self) -> usize {
         self.results.polygon_pairs.len()
+    }
+
+    /// How far apart, or how deep in each other, the pairs left possible can be.
+    pub fn bounds(&self) -> &'s [(u32, OpenBound)] {
+        &self.results.bounds
+    }
+
+    /// Whether the budget was enough to find the pairs that matter; if not, every pair that is not listed is open too.
+    pub fn is_complete(&self) -> bool {
+        self.is_complete
     }
 
     /// Minimum distances.

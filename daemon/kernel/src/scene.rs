@@ -4,16 +4,15 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use crate::accuracy::{Accuracy, Budget};
 use crate::affine::{IDENTITY, Rows};
 use crate::effects::Effects;
-use crate::effects::distance::DistanceSettings;
 use crate::effects::response::{MassProperties, Velocity};
-use crate::effects::time_of_contact::TimeSettings;
 use crate::global_boxes::GlobalBox;
 use crate::interest::{GroupId, Interest, InterestRow};
 use crate::object::Object;
 use crate::report::Report;
-use crate::step::{Clock, Step, World};
+use crate::step::{Clock, Limit, Step, World};
 use crate::transforms::{RigidMotion, Staged, StepError, StepInput, check_staged, commit, stage};
 
 /// Names a body of a scene. Ids ascend from 0 and are never used again.
@@ -42,6 +41,8 @@ pub(crate) struct Body {
     pub changed: u64,
     /// Whether the object is new since the last step.
     pub replaced: bool,
+    /// Whether its global bounding box is that of where it is.
+    pub has_box: bool,
     pub velocity: Velocity,
     /// `None`: static.
     pub dynamics: Option<Dynamics>,
@@ -58,15 +59,6 @@ pub struct Dynamics {
     pub friction: f64,
 }
 
-/// How exactly the effects that can be approximated are computed.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Accuracy {
-    /// Of `distance`.
-    pub distance: DistanceSettings,
-    /// Of `time_of_contact`.
-    pub time: TimeSettings,
-}
-
 /// Bodies, a collision interest matrix and effects; and the memory in which its steps are computed.
 #[derive(Debug, Default)]
 pub struct Scene {
@@ -78,6 +70,9 @@ pub struct Scene {
     /// All effects that a rule has ever asked for.
     rule_effects: Effects,
     accuracy: Accuracy,
+    /// The farthest that a pair with an accuracy of its own has ever asked distances for.
+    rule_up_to: f64,
+    budget: Budget,
     /// The rigid motions of the step under way.
     rigid: Vec<RigidMotion>,
     next_id: u32,
@@ -110,6 +105,7 @@ impl Scene {
             first_step: u64::MAX,
             changed: u64::MAX,
             replaced: true,
+            has_box: false,
             velocity: Velocity::default(),
             dynamics: None,
         });
@@ -126,7 +122,10 @@ impl Scene {
         self.bodies.remove(at);
         self.boxes.remove(at);
         self.step.forget();
-        self.bodies[..at].iter_mut().for_each(|other| other.interest.set(body, Interest::Default));
+        for other in &mut self.bodies[..at] {
+            other.interest.set(body, Interest::Default);
+            other.interest.set_accuracy(body, None);
+        }
         Ok(())
     }
 
@@ -155,9 +154,28 @@ impl Scene {
         Ok(())
     }
 
-    /// Changes how exactly effects are computed.
+    /// Changes how exactly pairs without an accuracy of their own are answered.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) {
         self.accuracy = accuracy;
+        self.step.forget();
+    }
+
+    /// Gives a pair an accuracy of its own, or takes it back. It does not matter which body is named first.
+    ///
+    /// # Errors
+    /// [`UnknownBody`] when one of them is not there.
+    pub fn set_pair_accuracy(&mut self, a: BodyId, b: BodyId, accuracy: Option<Accuracy>) -> Result<(), UnknownBody> {
+        let at = self.index(a.min(b))?;
+        self.index(a.max(b))?;
+        self.bodies[at].interest.set_accuracy(a.max(b), accuracy);
+        self.rule_up_to = accuracy.map_or(self.rule_up_to, |accuracy| accuracy.distance.up_to.max(self.rule_up_to));
+        self.step.forget();
+        Ok(())
+    }
+
+    /// Changes what a step may cost.
+    pub fn set_budget(&mut self, budget: Budget) {
+        self.budget = budget;
     }
 
     /// Gives a body mass, or makes it static.
@@ -199,17 +217,19 @@ impl Scene {
                 self.bodies[at].velocity = velocity;
             }
         }
-        let box_count = commit(&mut self.bodies, &mut self.boxes, self.steps);
+        let limit = Limit::new(self.budget, clock, start);
+        let box_count = commit(&mut self.bodies, &mut self.boxes, self.steps, &limit);
         let world = World {
             bodies: &self.bodies,
             boxes: &self.boxes,
             effects: self.effects,
             asked: self.effects.union(self.rule_effects),
             accuracy: &self.accuracy,
+            up_to: self.accuracy.distance.up_to.max(self.rule_up_to),
             rigid: &self.rigid,
             step: self.steps,
         };
-        self.step.run(world, clock, start, box_count);
+        self.step.run(world, clock, limit, start, box_count);
         Ok(self.step.report())
     }
 

@@ -1,31 +1,36 @@
 //! The step: stages 3 to 10, one after the other.
 
 mod conclusion;
+mod limit;
 mod reach;
 mod response;
 mod results;
 mod unmoved;
 mod worker;
 
+use std::cmp::Reverse;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::accuracy::Accuracy;
 use crate::broad_phase::BroadPhase;
 use crate::effects::{Effects, Found, Touching, order};
 use crate::global_boxes::GlobalBox;
 use crate::motion::Motion;
-use crate::report::{Report, StageCounts, StageTimes};
-use crate::scene::{Accuracy, Body};
+use crate::report::{Report, StageCounts, StageTimes, Verdict};
+use crate::scene::Body;
 use crate::transforms::{RigidMotion, motion};
 use crate::workforce::Workforce;
+use conclusion::AT_CONTACTS;
+pub(crate) use limit::Limit;
 use reach::{FAR, Reach};
 pub(crate) use response::StepResponse;
 pub(crate) use results::Results;
 use unmoved::LastStep;
-use worker::{Task, Worker};
+use worker::{Round, Task, Worker};
 
 /// Tells the time. The kernel has no clock of its own.
 pub trait Clock: Workforce {
@@ -55,7 +60,10 @@ pub(crate) struct World<'s> {
     pub effects: Effects,
     /// All effects that any pair may ask for.
     pub asked: Effects,
+    /// Accuracy of pairs without one of their own.
     pub accuracy: &'s Accuracy,
+    /// The farthest that any pair asks distances for.
+    pub up_to: f64,
     /// The rigid motions of the step.
     pub rigid: &'s [RigidMotion],
     /// Number of the step.
@@ -66,6 +74,11 @@ impl World<'_> {
     /// How a body has moved in this step.
     pub fn motion(&self, body: u32) -> Motion {
         motion(&self.bodies[body as usize], self.rigid, self.step)
+    }
+
+    pub fn accuracy_of(&self, pair: &Kept) -> &Accuracy {
+        let (a, b) = (&self.bodies[pair.a as usize], &self.bodies[pair.b as usize]);
+        a.interest.accuracy(b.id).unwrap_or(self.accuracy)
     }
 }
 
@@ -82,11 +95,50 @@ pub(crate) struct Kept {
     pub unmoved: Option<u32>,
     /// Set when a common point is proven.
     pub interfering: AtomicBool,
+    /// Set when the pair is refined as far as its accuracy, or the budget, allows and is not proven clear.
+    pub open: AtomicBool,
+    /// Set when the budget was used up before all was done that the pair asks for.
+    pub unfinished: AtomicBool,
+    /// Whether it interfered in the last step.
+    pub was_interfering: bool,
 }
 
 impl Kept {
+    fn new(a: u32, b: u32, effects: Effects, overlapping: bool) -> Kept {
+        let (interfering, open, unfinished) = Default::default();
+        Kept { a, b, effects, overlapping, unmoved: None, interfering, open, unfinished, was_interfering: false }
+    }
+
     pub fn is_interfering(&self) -> bool {
         self.interfering.load(Ordering::Relaxed)
+    }
+
+    pub fn is_open(&self) -> bool {
+        self.open.load(Ordering::Relaxed)
+    }
+
+    pub fn is_unfinished(&self) -> bool {
+        self.unfinished.load(Ordering::Relaxed)
+    }
+
+    /// The budget is used up before stages 5 to 8 have decided the pair.
+    pub fn leave_unfinished(&self) {
+        self.open.store(true, Ordering::Relaxed);
+        self.unfinished.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether an effect needs every pair of polygons that interfere.
+    pub fn wants_all(&self) -> bool {
+        self.effects.meets(Effects::POLYGON_PAIRS.union(AT_CONTACTS))
+    }
+
+    /// What stages 5 to 8 have come to.
+    pub fn verdict(&self) -> Verdict {
+        match (self.is_interfering(), self.is_open()) {
+            (true, _) => Verdict::Interfering,
+            (false, true) => Verdict::Possible,
+            (false, false) => Verdict::Clear,
+        }
     }
 }
 
@@ -108,29 +160,38 @@ pub(crate) struct Step {
     response: StepResponse,
     counts: StageCounts,
     times: StageTimes,
+    /// Whether all pairs that matter were found within the budget.
+    is_complete: bool,
+    /// What it took in the last step to put the report together, in nanoseconds a pair.
+    listing_time: u64,
 }
 
 impl Step {
     /// Runs the stages; `start` is when stage 1 began, `boxes` how many global bounding boxes it computed.
-    pub fn run(&mut self, world: World<'_>, clock: &dyn Clock, start: u64, box_count: u64) {
+    pub fn run(&mut self, world: World<'_>, clock: &dyn Clock, mut limit: Limit<'_>, start: u64, box_count: u64) {
         let mut stopwatch = Stopwatch { clock, last: start };
         self.counts = StageCounts { boxes: box_count, ..StageCounts::default() };
         self.times = StageTimes { boxes: stopwatch.lap(), ..StageTimes::default() };
-        let overlapping = self.broad_phase.overlapping_boxes(world.boxes);
+        let overlapping = self.broad_phase.overlapping_within(world.boxes, |work| limit.spend(work));
         self.counts.broad_pairs = overlapping.len() as u64;
-        let farther = self.reach.pairs(&world);
+        let farther = self.reach.pairs(&world, &limit);
         self.times.broad_phase = stopwatch.lap();
         self.last.take(&mut self.kept, &mut self.found, &mut self.touching);
         keep(overlapping, farther, &world, &mut self.kept);
         self.last.decide(&mut self.kept, &world);
         self.counts.interest_pairs = self.kept.len() as u64;
         self.times.interest = stopwatch.lap();
-        self.compare(world.bodies, clock);
+        self.is_complete = !limit.is_up();
+        limit.reserve(self.kept.len() as u64 * self.listing_time);
+        self.compare(&Round { world, clock, limit: &limit });
         stopwatch.lap();
         self.gather(clock);
-        self.conclude(world, clock);
-        self.collect(world);
+        self.conclude(world, clock, &limit);
         self.times.effects = stopwatch.lap();
+        self.collect(world);
+        let listing = stopwatch.lap();
+        self.times.effects += listing;
+        self.listing_time = listing / self.kept.len().max(1) as u64;
         self.last.end(world.step);
     }
 
@@ -141,33 +202,51 @@ impl Step {
     }
 
     pub fn report(&self) -> Report<'_> {
-        Report { results: &self.results, response: &self.response, counts: &self.counts, times: &self.times }
+        let Step { results, response, counts, times, is_complete, .. } = self;
+        Report { results, response, counts, times, is_complete: *is_complete }
     }
 
     /// Stages 5 to 8 of all pairs that have moved. A light step is done by the caller, before another thread would have woken up; the rest is
     /// shared out. A pair that turns out heavy is handed back by its worker in pieces, which the next round shares out again.
-    fn compare(&mut self, bodies: &[Body], clock: &dyn Clock) {
-        self.workers.resize_with(clock.threads() + 1, Mutex::default);
+    fn compare(&mut self, round: &Round<'_>) {
+        self.workers.resize_with(round.clock.threads() + 1, Mutex::default);
         self.tasks.clear();
-        let open = self.kept.iter().enumerate().rev().filter(|(_, kept)| kept.overlapping && kept.unmoved.is_none());
+        let wanted = |kept: &Kept| kept.overlapping && kept.unmoved.is_none();
+        let open = self.kept.iter().enumerate().rev().filter(|(_, kept)| wanted(kept));
         self.tasks.extend(open.map(|(pair, _)| Task::whole_pair(pair as u32)));
-        self.compare_alone(bodies, clock);
+        if round.limit.exists() {
+            // The last ones come first: what interfered in the last step is likely to be proven soon.
+            self.tasks.sort_unstable_by_key(|task| (self.kept[task.pair as usize].was_interfering, Reverse(task.pair)));
+        }
+        self.compare_alone(round);
         while !self.tasks.is_empty() {
-            for tasks in self.tasks.chunks(TASKS_AT_ONCE) {
-                clock.share(&mut || share(tasks, &self.kept, &self.workers, bodies, clock));
+            if round.limit.is_up() {
+                self.tasks.drain(..).for_each(|task| self.kept[task.pair as usize].leave_unfinished());
+            } else if round.limit.is_short() {
+                self.compare_alone(round);
+            } else {
+                for tasks in self.tasks.chunks(TASKS_AT_ONCE) {
+                    round.clock.share(&mut || share(tasks, &self.kept, &self.workers, round));
+                }
+                self.tasks.clear();
             }
-            self.tasks.clear();
             self.take_left_over();
+        }
+        if round.limit.is_up() {
+            // Proven, and nothing more is asked.
+            let done = self.kept.iter_mut().filter(|kept| kept.is_interfering() && !kept.wants_all());
+            done.for_each(|kept| *kept.unfinished.get_mut() = false);
         }
     }
 
-    fn compare_alone(&mut self, bodies: &[Body], clock: &dyn Clock) {
+    /// A step that is light, or short of time, is the caller's alone.
+    fn compare_alone(&mut self, round: &Round<'_>) {
         let Some(caller) = self.workers.last_mut() else { return };
         let worker = get_mut(caller);
-        while worker.is_light()
+        while (worker.is_light() || round.limit.is_short())
             && let Some(task) = self.tasks.pop()
         {
-            worker.run(&task, &self.kept[task.pair as usize], bodies, clock);
+            worker.run(&task, &self.kept[task.pair as usize], round);
         }
         self.take_left_over();
     }
@@ -188,13 +267,18 @@ impl Step {
             self.found.append(&mut worker.found);
             self.touching.append(&mut worker.touching);
         }
+        if self.kept.iter().any(Kept::is_unfinished) {
+            // Some of their polygon pairs are known, not all.
+            self.found.retain(|found| !self.kept[found.pair as usize].is_unfinished());
+            self.touching.retain(|touching| !self.kept[touching.pair as usize].is_unfinished());
+        }
         order(&mut self.found, clock);
         self.touching.sort_unstable();
         self.touching.dedup();
     }
 
     /// Stage 9 of the pairs that ask for more than their polygon pairs.
-    fn conclude(&mut self, world: World<'_>, clock: &dyn Clock) {
+    fn conclude(&mut self, world: World<'_>, clock: &dyn Clock, limit: &Limit<'_>) {
         self.concluding.clear();
         let mut first = 0;
         for (pair, kept) in (0..).zip(&self.kept) {
@@ -203,17 +287,19 @@ impl Step {
                 self.concluding.push((pair, touching));
             }
         }
-        if let [(pair, touching)] = &self.concluding[..] {
-            let mut worker = own_worker(&self.workers);
-            return worker.conclusion.add(*pair, &self.kept[*pair as usize], &self.touching[touching.clone()], world);
+        let conclude = |(pair, touching): &(u32, Range<usize>)| {
+            let kept = &self.kept[*pair as usize];
+            if limit.spend(WORK_OF_AN_EFFECT) {
+                kept.unfinished.store(true, Ordering::Relaxed);
+                return;
+            }
+            own_worker(&self.workers).conclusion.add(*pair, kept, &self.touching[touching.clone()], world);
+        };
+        if self.concluding.len() == 1 || limit.is_short() {
+            return self.concluding.iter().for_each(conclude);
         }
         for pairs in self.concluding.chunks(TASKS_AT_ONCE) {
-            clock.share(&mut || {
-                pairs.par_iter().for_each(|(pair, touching)| {
-                    let mut worker = own_worker(&self.workers);
-                    worker.conclusion.add(*pair, &self.kept[*pair as usize], &self.touching[touching.clone()], world);
-                });
-            });
+            clock.share(&mut || pairs.par_iter().for_each(conclude));
         }
     }
 
@@ -222,11 +308,11 @@ impl Step {
         self.results.clear();
         for worker in &mut self.workers {
             let worker = get_mut(worker);
-            self.results.take(&mut worker.conclusion);
+            self.results.take(worker);
             worker.report_to(&mut self.counts, &mut self.times);
         }
         self.results.take_regions(&mut self.workers);
-        self.results.list(world.bodies, &self.kept, &self.found);
+        self.results.list(&world, &self.kept, &self.found);
         self.response.solve(&self.results, &self.kept, world.bodies);
         self.results.count(&mut self.counts);
     }
@@ -242,10 +328,13 @@ fn run<T>(records: &[T], first: &mut usize, belongs: impl Fn(&T) -> bool) -> Ran
 /// Tasks that are shared out at once. Each is short, so that the steps of several scenes take turns.
 const TASKS_AT_ONCE: usize = 128;
 
+/// What stage 9 of a pair counts for in a budget of work.
+const WORK_OF_AN_EFFECT: u64 = 256;
+
 /// Runs tasks on all threads of the current pool.
-fn share(tasks: &[Task], kept: &[Kept], workers: &[Mutex<Worker>], bodies: &[Body], clock: &dyn Clock) {
+fn share(tasks: &[Task], kept: &[Kept], workers: &[Mutex<Worker>], round: &Round<'_>) {
     tasks.par_iter().for_each(|task| {
-        own_worker(workers).run(task, &kept[task.pair as usize], bodies, clock);
+        own_worker(workers).run(task, &kept[task.pair as usize], round);
     });
 }
 
@@ -267,7 +356,7 @@ fn keep(overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>, k
         let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
         let effects = first.interest.effects(second.id, &second.interest, world.effects);
         let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
-        matters.then_some(Kept { a, b, effects, overlapping, unmoved: None, interfering: AtomicBool::new(false) })
+        matters.then(|| Kept::new(a, b, effects, overlapping))
     };
     if farther.is_empty() {
         return kept.extend(overlapping.iter().filter_map(|&(a, b)| pair(a, b, true)));

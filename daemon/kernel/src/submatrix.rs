@@ -93,6 +93,9 @@ struct Side {
     size: [f64; MAX_LEVELS],
     /// Middle of the container.
     middle: DVec3,
+    /// The level whose voxels have children that are taken together, so many at a time: those of one voxel of the order at which
+    /// the descent ends, when that order lies within a level.
+    runs: Option<(usize, u32)>,
 }
 
 /// A pair of placed bodies, ready for comparing their voxels.
@@ -125,8 +128,9 @@ impl Which {
 }
 
 impl PairFrame {
-    /// `None` when the containers are proven apart.
-    pub fn new(a: Placed<'_>, b: Placed<'_>) -> Option<PairFrame> {
+    /// `None` when the containers are proven apart. `order`: the order of voxels at which the descent ends, if it is smaller than the
+    /// object's own.
+    pub fn new(a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> Option<PairFrame> {
         let (columns_a, columns_b) = (columns(a.rows), columns(b.rows));
         let directions = directions(&columns_a, &columns_b);
         let shift = DVec3::new(a.rows[0][3] - b.rows[0][3], a.rows[1][3] - b.rows[1][3], a.rows[2][3] - b.rows[2][3]);
@@ -135,10 +139,15 @@ impl PairFrame {
         let slack =
             directions.map(|direction| direction.abs().dot(twice) * (0.5 * SLACK) + UNDERFLOW * (4.0 + coordinates));
         let offset = directions.map(|direction| direction.dot(shift));
-        let sides = [Side::new(a.object, &columns_a, &directions), Side::new(b.object, &columns_b, &directions)];
+        let mut sides = [Side::new(a.object, &columns_a, &directions), Side::new(b.object, &columns_b, &directions)];
+        let mut ends = [a.object, b.object].map(|object| object.matrix().depth());
+        if let Some(order) = order {
+            ends[0] = sides[0].end_at(order, a.object, &columns_a);
+            ends[1] = sides[1].end_at(order, b.object, &columns_b);
+        }
         let skew = [skew(&sides[0], a.object, 0), skew(&sides[1], b.object, 3)];
         let noise = (a.magnitude + b.magnitude).max_element() * SLACK;
-        let depth = [sides[0].depth(a.object, noise), sides[1].depth(b.object, noise)];
+        let depth = [sides[0].depth(ends[0], noise), sides[1].depth(ends[1], noise)];
         let frame = PairFrame { sides, offset, slack, depth, skew };
         let root = Voxel::CONTAINER;
         let seen = frame.seen_from(Which::First, root);
@@ -149,6 +158,22 @@ impl PairFrame {
     #[inline]
     pub fn is_last(&self, which: Which, voxel: Voxel) -> bool {
         usize::from(voxel.level) == self.depth[which as usize]
+    }
+
+    /// See [`Side::runs`]: how many children of a voxel of this level of `which` are taken together, if they are.
+    #[inline]
+    pub fn run_of(&self, which: Which, level: usize) -> Option<u32> {
+        self.sides[which as usize].runs.filter(|&(at, _)| at == level).map(|(_, run)| run)
+    }
+
+    /// Halvings of each axis of the voxels of a level.
+    pub fn bits(&self, which: Which, level: usize) -> [u32; 3] {
+        self.sides[which as usize].bits[level]
+    }
+
+    /// Order of the voxels of a level.
+    pub fn order(&self, which: Which, voxel: Voxel) -> u32 {
+        self.bits(which, usize::from(voxel.level)).iter().sum()
     }
 
     /// The other body's voxel as the axes see it: `offset − β·centre`, so that a voxel with centre c is apart when
@@ -204,6 +229,33 @@ impl PairFrame {
         }
     }
 
+    /// Centre of a voxel, in the object's frame.
+    pub fn centre(&self, which: Which, voxel: Voxel) -> DVec3 {
+        self.sides[which as usize].centre(usize::from(voxel.level), voxel.index)
+    }
+
+    /// Half the sides of a voxel, in the object's frame.
+    pub fn half_sides(&self, which: Which, voxel: Voxel) -> DVec3 {
+        self.sides[which as usize].half[usize::from(voxel.level)]
+    }
+
+    /// More than rounding can move a point of one body against one of the other, or a polygon out of a voxel that lists it.
+    pub fn noise(&self, a: Placed<'_>, b: Placed<'_>) -> f64 {
+        2.0 * SLACK * (a.magnitude + b.magnitude).length() + UNDERFLOW
+    }
+
+    /// The length of a translation that takes the containers apart: the smallest overlap along an axis.
+    pub fn overlap_of_containers(&self, a: Placed<'_>, b: Placed<'_>) -> f64 {
+        let directions = directions(&columns(a.rows), &columns(b.rows));
+        let (seen, side) = (self.seen_from(Which::First, Voxel::CONTAINER), &self.sides[0]);
+        let centre = side.centre(0, [0; 3]);
+        let overlaps = directions.iter().enumerate().map(|(axis, direction)| {
+            let between = (side.along[axis].dot(centre) + seen.position[axis]).abs();
+            (side.reach[0][axis] + seen.reach[axis] - between) / direction.length()
+        });
+        overlaps.fold(f64::INFINITY, |least, overlap| if overlap >= 0.0 { least.min(overlap) } else { least })
+    }
+
     /// Which of two voxels is larger in the world.
     pub fn larger(&self, a: Voxel, b: Voxel) -> Which {
         let size = |which: Which, voxel: Voxel| self.sides[which as usize].size[voxel.level as usize];
@@ -231,22 +283,43 @@ impl Side {
             bits: [[0; 3]; MAX_LEVELS],
             size: [0.0; MAX_LEVELS],
             middle: 0.5 * DVec3::from(container.min) + 0.5 * DVec3::from(container.max),
+            runs: None,
         };
         for level in 0..=object.matrix().depth() {
-            let half = lattice.half_sides_at(level);
-            side.bits[level] = lattice.bits_at(level);
-            side.half[level] = half;
-            side.reach[level] = along.map(|along| along.abs().dot(half + DVec3::splat(HALVING)));
-            let sides = [0, 1, 2].map(|axis| columns[axis].abs().max_element() * half[axis]);
-            side.size[level] = sides[0].max(sides[1]).max(sides[2]);
+            side.set_level(level, lattice.bits_at(level), object, columns);
         }
         side
     }
 
+    fn set_level(&mut self, level: usize, bits: [u32; 3], object: &Object, columns: &[DVec3; 3]) {
+        let half = object.matrix().lattice().half_sides_after(bits);
+        self.bits[level] = bits;
+        self.half[level] = half;
+        self.reach[level] = self.along.map(|along| along.abs().dot(half + DVec3::splat(HALVING)));
+        let sides = [0, 1, 2].map(|axis| columns[axis].abs().max_element() * half[axis]);
+        self.size[level] = sides[0].max(sides[1]).max(sides[2]);
+    }
+
+    /// Ends the descent at the voxels of `order`, or of the object's own if that is smaller; says at which level. Where the order lies
+    /// within a level, the voxels of the next one are from now on those of the order.
+    fn end_at(&mut self, order: u32, object: &Object, columns: &[DVec3; 3]) -> usize {
+        let lattice = object.matrix().lattice();
+        if order >= lattice.order() {
+            return object.matrix().depth();
+        }
+        let (level, halvings) = ((order / HALVINGS_PER_LEVEL) as usize, order % HALVINGS_PER_LEVEL);
+        if halvings == 0 {
+            return level;
+        }
+        let children = lattice.levels()[level].place.len() as u32;
+        self.runs = Some((level, children >> halvings));
+        self.set_level(level + 1, lattice.bits_at_order(order), object, columns);
+        level + 1
+    }
+
     /// The first level whose voxels are within `noise` of a point, or as large in the world as those of the last one (which they
     /// are when the body is flattened across the side that is halved), or the last one.
-    fn depth(&self, object: &Object, noise: f64) -> usize {
-        let last = object.matrix().depth();
+    fn depth(&self, last: usize, noise: f64) -> usize {
         (0..last).find(|&level| self.size[level] <= noise.max(self.size[last])).unwrap_or(last)
     }
 

@@ -5,6 +5,7 @@ use crate::effects::response::Velocity;
 use crate::global_boxes::GlobalBox;
 use crate::motion::{Motion, MotionError};
 use crate::scene::{Body, BodyId};
+use crate::step::Limit;
 
 /// The transforms of one step. Each is read once, so they may stand in memory that another process can write.
 #[derive(Debug, Clone, Copy)]
@@ -225,25 +226,36 @@ pub(crate) fn check_staged(bodies: &mut [Body], velocities: &[(BodyId, Velocity)
     Ok(())
 }
 
-/// Moves the bodies and computes their boxes; says how many. What was staged now holds where a body was before.
-pub(crate) fn commit(bodies: &mut [Body], boxes: &mut [GlobalBox], step: u64) -> u64 {
+/// Moves the bodies and computes their boxes, as long as the budget lasts; says how many. What was staged now holds where a body was
+/// before.
+pub(crate) fn commit(bodies: &mut [Body], boxes: &mut [GlobalBox], step: u64, limit: &Limit<'_>) -> u64 {
+    /// Boxes between two looks at the budget: about a microsecond.
+    const SLICE: u64 = 32;
     let mut count = 0;
     for (body, bounds) in bodies.iter_mut().zip(boxes) {
-        if body.staged.step != step {
+        if body.staged.step == step {
+            place(body, step);
+        }
+        if body.has_box || limit.is_up() || count % SLICE == SLICE - 1 && limit.spend(SLICE) {
             continue;
         }
-        if body.replaced || bits(&body.rows) != bits(&body.staged.rows) {
-            body.changed = step;
-        }
-        std::mem::swap(&mut body.rows, &mut body.staged.rows);
-        body.magnitude = magnitude(&body.rows, body.object.reach());
-        body.replaced = false;
-        body.first_step = body.first_step.min(step);
         let container = body.object.container();
         *bounds = container.map_or(GlobalBox::EMPTY, |container| GlobalBox::of(&container, &body.rows));
+        body.has_box = true;
         count += 1;
     }
     count
+}
+
+fn place(body: &mut Body, step: u64) {
+    if body.replaced || bits(&body.rows) != bits(&body.staged.rows) {
+        body.changed = step;
+    }
+    std::mem::swap(&mut body.rows, &mut body.staged.rows);
+    body.magnitude = magnitude(&body.rows, body.object.reach());
+    body.replaced = false;
+    body.has_box = false;
+    body.first_step = body.first_step.min(step);
 }
 
 /// Zeros of either sign are different: the report is the same to the bit.

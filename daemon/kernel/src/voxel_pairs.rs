@@ -12,7 +12,7 @@
 use crate::object::Object;
 use crate::polygon_box::bits_of;
 use crate::report::StageCounts;
-use crate::submatrix::{PairFrame, Voxel, Which};
+use crate::submatrix::{PairFrame, Seen, Voxel, Which};
 
 /// Pairs of triangles that are compared as they are: about what it costs to split a voxel.
 const FEW: u64 = 4;
@@ -33,6 +33,14 @@ pub(crate) struct VoxelPair {
 impl VoxelPair {
     /// The two containers.
     pub const CONTAINERS: VoxelPair = VoxelPair { a: Voxel::CONTAINER, b: Voxel::CONTAINER, whole: [false; 2] };
+
+    /// The pair with another voxel in place of one of its own.
+    fn with(&self, which: Which, voxel: Voxel) -> VoxelPair {
+        match which {
+            Which::First => VoxelPair { a: voxel, ..*self },
+            Which::Second => VoxelPair { b: voxel, ..*self },
+        }
+    }
 }
 
 /// The descent through one pair of pyramids.
@@ -61,12 +69,41 @@ impl Descent<'_> {
                     leaves.push(pair);
                 }
                 Some(split) => {
-                    let visited = self.expand(&pair, split, stack);
+                    let visited = self.expand(&pair, split, stack, true);
                     counts.voxels_visited += visited;
                     *budget -= visited as i64 + 1;
                 }
             }
         }
+    }
+
+    /// Goes down to the voxels at which the frame ends, whatever their lists hold, until a pair of them is found of which `reaches` says
+    /// that they reach each other, or `stack` is empty, or `budget` comparisons have been made.
+    pub fn find(
+        &self,
+        stack: &mut Vec<VoxelPair>,
+        reaches: impl Fn(&VoxelPair) -> bool,
+        budget: &mut i64,
+        counts: &mut StageCounts,
+    ) -> Option<VoxelPair> {
+        while *budget > 0 {
+            let pair = stack.pop()?;
+            let Some(split) = self.larger_to_split(&pair) else {
+                counts.voxel_pairs += 1;
+                *budget -= 1;
+                if reaches(&pair) {
+                    return Some(pair);
+                }
+                continue;
+            };
+            let visited = match self.frame.run_of(split, split_level(&pair, split)) {
+                Some(run) => self.expand_runs(&pair, split, run, stack),
+                None => self.expand(&pair, split, stack, false),
+            };
+            counts.voxels_visited += visited;
+            *budget -= visited as i64 + 1;
+        }
+        None
     }
 
     /// Which voxel to split; `None` when neither can be, or need be.
@@ -77,6 +114,11 @@ impl Descent<'_> {
         if triangles(self.a, pair.a) * triangles(self.b, pair.b) <= FEW {
             return None;
         }
+        self.larger_to_split(pair)
+    }
+
+    /// The larger voxel of those that can be split.
+    fn larger_to_split(&self, pair: &VoxelPair) -> Option<Which> {
         let last = |which: Which, voxel: Voxel| pair.whole[which as usize] || self.frame.is_last(which, voxel);
         match (last(Which::First, pair.a), last(Which::Second, pair.b)) {
             (true, true) => None,
@@ -87,24 +129,14 @@ impl Descent<'_> {
     }
 
     /// Pushes the pairs of the split voxel's children with the other voxel; says how many children were compared.
-    fn expand(&self, pair: &VoxelPair, split: Which, stack: &mut Vec<VoxelPair>) -> u64 {
-        let (object, parent, other) = match split {
-            Which::First => (self.a, pair.a, pair.b),
-            Which::Second => (self.b, pair.b, pair.a),
-        };
+    /// `sparing`: a voxel whose polygons are large for its children is left whole.
+    fn expand(&self, pair: &VoxelPair, split: Which, stack: &mut Vec<VoxelPair>, sparing: bool) -> u64 {
+        let (object, parent, other) = self.sides(pair, split);
         let (matrix, level) = (object.matrix(), parent.level as usize);
-        let lattice = matrix.lattice();
         let node = matrix.node(level, parent.number);
-        let halved = &lattice.levels()[level];
-        let bits = lattice.bits_at(level + 1);
+        let halved = &matrix.lattice().levels()[level];
         let seen = self.frame.seen_from(split, other);
-        let mut submatrix = node.occupied;
-        for axis in 0..3 {
-            let (min, max) = self.frame.reached(split, &seen, axis);
-            let first = parent.index[axis] << halved.bits[axis];
-            let places = lattice.places_reached(axis, bits[axis], first, halved.bits[axis], min, max);
-            submatrix &= halved.children_between(axis, places);
-        }
+        let submatrix = self.submatrix(object, parent, split, &seen);
         let axes = PairFrame::other_axes(split);
         let (first_new, mut repeated) = (stack.len(), 0);
         for child in bits_of(submatrix) {
@@ -115,12 +147,9 @@ impl Descent<'_> {
             }
             let voxel = Voxel { level: parent.level + 1, number: node.child(child), index };
             repeated += matrix.triangle_count(level + 1, voxel.number);
-            stack.push(match split {
-                Which::First => VoxelPair { a: voxel, ..*pair },
-                Which::Second => VoxelPair { b: voxel, ..*pair },
-            });
+            stack.push(pair.with(split, voxel));
         }
-        if repeated / MOST_REPEATED >= node.triangles {
+        if sparing && repeated / MOST_REPEATED >= node.triangles {
             stack.truncate(first_new);
             let mut whole = *pair;
             whole.whole[split as usize] = true;
@@ -128,4 +157,61 @@ impl Descent<'_> {
         }
         u64::from(submatrix.count_ones())
     }
+
+    /// As [`expand`](Self::expand), the children taken together `run` at a time: they are voxels of the order at which the frame ends.
+    fn expand_runs(&self, pair: &VoxelPair, split: Which, run: u32, stack: &mut Vec<VoxelPair>) -> u64 {
+        let (object, parent, other) = self.sides(pair, split);
+        let level = parent.level as usize;
+        let halved = &object.matrix().lattice().levels()[level];
+        let seen = self.frame.seen_from(split, other);
+        let submatrix = self.submatrix(object, parent, split, &seen);
+        let (bits, axes) = (self.frame.bits(split, level + 1), PairFrame::other_axes(split));
+        let mut visited = 0;
+        for first in (0..halved.place.len() as u32).step_by(run as usize) {
+            // `run` is at most half of 64: the shift cannot overflow.
+            if submatrix >> first & ((1 << run) - 1) == 0 {
+                continue;
+            }
+            visited += 1;
+            let place = halved.place[first as usize];
+            let index = [0, 1, 2].map(|axis| {
+                let fine = parent.index[axis] << halved.bits[axis] | u32::from(place[axis]);
+                fine >> (halved.bits_before[axis] + halved.bits[axis] - bits[axis])
+            });
+            if !axes.iter().any(|axes| self.frame.apart(split, &seen, level + 1, index, axes.clone())) {
+                // It has no list, and no number: the descent ends here.
+                stack.push(pair.with(split, Voxel { level: parent.level + 1, number: u32::MAX, index }));
+            }
+        }
+        visited
+    }
+
+    /// The object, and the voxel of it, that is split; and the other's voxel.
+    fn sides(&self, pair: &VoxelPair, split: Which) -> (&Object, Voxel, Voxel) {
+        match split {
+            Which::First => (self.a, pair.a, pair.b),
+            Which::Second => (self.b, pair.b, pair.a),
+        }
+    }
+
+    /// The occupied children within the block that the other's extent reaches.
+    #[inline(always)]
+    fn submatrix(&self, object: &Object, parent: Voxel, split: Which, seen: &Seen) -> u64 {
+        let (matrix, level) = (object.matrix(), parent.level as usize);
+        let lattice = matrix.lattice();
+        let halved = &lattice.levels()[level];
+        let bits = lattice.bits_at(level + 1);
+        let mut submatrix = matrix.node(level, parent.number).occupied;
+        for axis in 0..3 {
+            let (min, max) = self.frame.reached(split, seen, axis);
+            let first = parent.index[axis] << halved.bits[axis];
+            let places = lattice.places_reached(axis, bits[axis], first, halved.bits[axis], min, max);
+            submatrix &= halved.children_between(axis, places);
+        }
+        submatrix
+    }
+}
+
+fn split_level(pair: &VoxelPair, split: Which) -> usize {
+    usize::from(if split == Which::First { pair.a.level } else { pair.b.level })
 }

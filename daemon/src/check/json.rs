@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use collided_client::{
-    BodyId, ContactRegion, Containment, DistanceRecord, ImpulseRecord, StageCounts, TimeOfContact, VelocityRecord,
+    BodyId, BoundRecord, ContactRegion, Containment, DistanceRecord, ImpulseRecord, StageCounts, TimeOfContact,
+    VelocityRecord,
 };
 use collided_protocol::Effect;
 use serde::Serialize;
@@ -34,6 +35,7 @@ impl<W: Write> Output for Json<W> {
             scene: result.path.to_string_lossy().into_owned(),
             step: result.index,
             pairs: result.pairs().map(PairLine::from).collect(),
+            incomplete: !result.report.is_complete(),
             velocities: velocities(result),
             response_fault: result.report.response_fault().map(|body| result.name(body)),
             stages: *result.report.counts(),
@@ -54,6 +56,9 @@ struct StepLine<'a> {
     scene: String,
     step: usize,
     pairs: Vec<PairLine<'a>>,
+    /// The budget was used up before all pairs were found: those that are not listed are open too.
+    #[serde(skip_serializing_if = "is_false")]
+    incomplete: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     velocities: Option<BTreeMap<&'a str, VelocityValue>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -69,6 +74,10 @@ struct PairLine<'a> {
     b: &'a str,
     verdict: &'static str,
     level: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bound: Option<BoundValue>,
+    #[serde(skip_serializing_if = "is_false")]
+    unfinished: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     relation: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -90,6 +99,20 @@ struct PairLine<'a> {
     time_of_contact_possible: Option<DistanceLeft>,
     #[serde(skip_serializing_if = "Option::is_none")]
     response: Option<Vec<ImpulseValue>>,
+}
+
+/// How far apart, or how deep in each other, a pair left possible can be.
+#[derive(Serialize)]
+struct BoundValue {
+    orders: [u32; 2],
+    apart_at_most: f64,
+    deep_at_most: f64,
+}
+
+impl From<&BoundRecord> for BoundValue {
+    fn from(&BoundRecord { orders, apart_at_most, deep_at_most, .. }: &BoundRecord) -> Self {
+        BoundValue { orders, apart_at_most, deep_at_most }
+    }
 }
 
 #[derive(Serialize)]
@@ -147,6 +170,8 @@ impl<'a> From<Pair<'a>> for PairLine<'a> {
             b,
             verdict: found.verdict().name(),
             level: found.level().name(),
+            bound: found.bound().map(BoundValue::from),
+            unfinished: found.is_unfinished(),
             relation: asked(Effect::PolygonPairs).then(|| found.relation().name()),
             polygon_pairs: asked(Effect::PolygonPairs).then(polygon_pairs),
             contacts: asked(Effect::Contacts).then(|| found.contacts().map(RegionValue::from).collect()),
@@ -191,6 +216,10 @@ impl From<&ImpulseRecord> for ImpulseValue {
     fn from(&ImpulseRecord { point, impulse_on_b, .. }: &ImpulseRecord) -> Self {
         ImpulseValue { point, impulse_on_b }
     }
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 fn velocities<'a>(result: &StepResult<'a>) -> Option<BTreeMap<&'a str, VelocityValue>> {

@@ -172,6 +172,9 @@ fn create(
     let rules: Vec<_> = file.interest.iter().map(|rule| (bodies[rule.a], bodies[rule.b], rule.interest)).collect();
     scene.set_interest(&rules)?;
     scene.set_accuracy(file.accuracy)?;
+    let accuracies: Vec<_> =
+        file.interest.iter().filter_map(|rule| Some((bodies[rule.a], bodies[rule.b], Some(rule.accuracy?)))).collect();
+    scene.set_pair_accuracy(&accuracies)?;
     let dynamics: Vec<_> = file.dynamics.iter().map(|&(body, dynamics)| (bodies[body], Some(dynamics))).collect();
     scene.set_dynamics(&dynamics)?;
     Ok((scene, bodies))

@@ -55,7 +55,8 @@ impl<'a> StepResult<'a> {
 
     /// Whether a pair interferes at the end of the step, or meets, or may meet, on the way.
     pub fn is_interfering(&self) -> bool {
-        self.report.pairs().any(|pair| pair.verdict() != Verdict::Clear || pair.time_of_contact().is_some())
+        !self.report.is_complete()
+            || self.report.pairs().any(|pair| pair.verdict() != Verdict::Clear || pair.time_of_contact().is_some())
     }
 
     /// The name of a body.

@@ -52,6 +52,16 @@ impl<W: Write> Table<W> {
 fn more(pair: &Pair<'_>) -> Vec<String> {
     let found = &pair.found;
     let mut more = Vec::new();
+    more.extend(found.bound().map(|bound| {
+        let (level, [a, b]) = (found.level().name(), bound.orders);
+        format!(
+            "{level}, orders {a} and {b}: at most {:.3e} apart or {:.3e} deep",
+            bound.apart_at_most, bound.deep_at_most
+        )
+    }));
+    if found.is_unfinished() {
+        more.push("unfinished within the budget".to_owned());
+    }
     if pair.effects.contains(Effect::Containment) && found.containment() != Containment::None {
         let reason = found.containment().reason().map_or(String::new(), |reason| format!(": {reason}"));
         more.push(format!("{}{reason}", found.containment().name()));
@@ -93,7 +103,16 @@ impl<W: Write> Output for Table<W> {
         let mut step = result.index.to_string();
         self.steps += 1;
         self.interfering_steps += usize::from(result.is_interfering());
-        if result.report.pairs().len() == 0 {
+        if !result.report.is_complete() {
+            self.row(
+                &step,
+                ["-", "-"],
+                "possible",
+                ["", ""],
+                "every pair not listed: the budget was too small to find them",
+            )?;
+            step.clear();
+        } else if result.report.pairs().len() == 0 {
             return self.row(&step, ["-", "-"], "clear", ["", ""], "");
         }
         for pair in result.pairs() {

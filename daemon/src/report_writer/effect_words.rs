@@ -4,8 +4,8 @@ use bytemuck::{NoUninit, Pod};
 use collided_kernel::Report;
 use collided_kernel::effects::time_of_contact::TimeOfContact;
 use collided_protocol::effect_records::{
-    ContactAreaRecord, ContactPointRecord, ContactRegionRecord, ContactSegmentRecord, DistanceRecord, ImpulseRecord,
-    PenetrationRecord, TIME_CONTACT, TIME_POSSIBLE, TimeRecord,
+    BoundRecord, ContactAreaRecord, ContactPointRecord, ContactRegionRecord, ContactSegmentRecord, DistanceRecord,
+    ImpulseRecord, PenetrationRecord, TIME_CONTACT, TIME_POSSIBLE, TimeRecord,
 };
 use collided_protocol::step::{VelocityRecord, Word};
 
@@ -24,7 +24,7 @@ where
 }
 
 /// In the order of the sections: how many records each has, and how many words they take.
-pub fn counts(report: &Report<'_>) -> [(usize, usize); 12] {
+pub fn counts(report: &Report<'_>) -> [(usize, usize); 13] {
     let contacts = report.contacts();
     let records = |count: usize, words: usize| (count, count * words);
     let polygon_pairs = report.polygon_pair_count();
@@ -41,6 +41,7 @@ pub fn counts(report: &Report<'_>) -> [(usize, usize); 12] {
         records(report.penetrations().len(), words_of::<PenetrationRecord>()),
         records(report.impulses().len(), words_of::<ImpulseRecord>()),
         records(report.velocities().len(), words_of::<VelocityRecord>()),
+        records(report.bounds().len(), words_of::<BoundRecord>()),
     ]
 }
 
@@ -64,6 +65,7 @@ pub fn words<'r>(report: &'r Report<'r>) -> impl Iterator<Item = Word> + 'r {
         .chain(penetrations(report).flat_map(of::<_, { words_of::<PenetrationRecord>() }>))
         .chain(impulses(report).flat_map(of::<_, { words_of::<ImpulseRecord>() }>))
         .chain(velocities(report).flat_map(of::<_, { words_of::<VelocityRecord>() }>))
+        .chain(bounds(report).flat_map(of::<_, { words_of::<BoundRecord>() }>))
 }
 
 fn range(range: &std::ops::Range<usize>) -> [u32; 2] {
@@ -124,6 +126,16 @@ fn impulses<'r>(report: &'r Report<'r>) -> impl Iterator<Item = ImpulseRecord> +
         reserved: 0,
         point: impulse.point,
         impulse_on_b: impulse.on_b,
+    })
+}
+
+fn bounds<'r>(report: &'r Report<'r>) -> impl Iterator<Item = BoundRecord> + 'r {
+    report.bounds().iter().map(|&(pair, bound)| BoundRecord {
+        pair,
+        orders: bound.orders,
+        reserved: 0,
+        apart_at_most: bound.apart_at_most,
+        deep_at_most: bound.deep_at_most,
     })
 }
 

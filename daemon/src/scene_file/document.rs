@@ -1,7 +1,6 @@
 //! The shape of a scene file, before its names are resolved.
 
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 use super::values::{Entries, Number, Step, Table, Velocity};
 
@@ -65,6 +64,7 @@ pub(super) struct Rule {
     pub effects: Option<Vec<String>>,
     #[serde(default)]
     pub ignore: bool,
+    pub accuracy: Option<Accuracy>,
 }
 
 /// How exact the answers shall be.
@@ -72,12 +72,12 @@ pub(super) struct Rule {
 #[serde(deny_unknown_fields)]
 pub(super) struct Accuracy {
     pub level: Option<String>,
-    pub order: Option<IgnoredAny>,
+    pub order: Option<u32>,
     pub distance_tolerance: Option<Number>,
     pub distance_up_to: Option<Number>,
     pub time_tolerance: Option<Number>,
     pub iterations: Option<u32>,
-    pub budget_us: Option<IgnoredAny>,
+    pub budget_us: Option<Number>,
 }
 
 pub(super) fn from_json(text: &str) -> Result<Document, String> {

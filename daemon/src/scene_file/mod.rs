@@ -73,7 +73,7 @@ pub struct Body {
 }
 
 /// A pair of bodies with a rule of its own. Bodies are given by place in [`SceneFile::bodies`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rule {
     /// One body.
     pub a: usize,
@@ -81,6 +81,8 @@ pub struct Rule {
     pub b: usize,
     /// What to compute for the pair.
     pub interest: Interest,
+    /// How exactly, if not as the scene.
+    pub accuracy: Option<Accuracy>,
 }
 
 /// Where a body is in a step.

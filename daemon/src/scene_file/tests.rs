@@ -157,8 +157,8 @@ fn interest_that_does_not_fit_is_named() {
 #[test]
 fn what_a_later_version_computes_is_refused_by_name() {
     refused("\"polygon_pairs\"]", "\"contact\"]", &["effects: there is no effect \"contact\""]);
-    refused("\"polygons\" }", "\"voxels\" }", &["accuracy: level \"voxels\"", "polygons only"]);
-    refused("\"polygons\" }", "\"polygons\", \"budget_us\": 100 }", &["accuracy: \"budget_us\""]);
+    refused("\"polygons\" }", "\"exact\" }", &["accuracy: there is no level \"exact\"", "\"containers\""]);
+    refused("\"polygons\" }", "\"polygons\", \"budget_us\": \"NaN\" }", &["accuracy: \"budget_us\" is NaN"]);
 }
 
 #[test]

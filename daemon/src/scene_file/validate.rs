@@ -17,7 +17,7 @@ use super::values::{Entries, Number, Table};
 use super::{Body, Object, Rule, SceneFile, Source, Step};
 
 pub(super) fn scene(document: Document, folder: &Path) -> Result<SceneFile, Invalid> {
-    let accuracy = accuracy(&document.accuracy)?;
+    let scene_accuracy = accuracy("accuracy", &document.accuracy)?;
     let objects = objects(document.objects, folder)?;
     let dynamics = dynamics::of_bodies(&document.bodies)?;
     let first_velocities = dynamics::first_velocities(&document.bodies)?;
@@ -36,31 +36,33 @@ pub(super) fn scene(document: Document, folder: &Path) -> Result<SceneFile, Inva
         let unnamed: Vec<_> = first_velocities.into_iter().filter(|&(body, _)| !named(body)).collect();
         first.velocities.extend(unnamed);
     }
-    Ok(SceneFile { objects, bodies, effects: scene_effects, interest, accuracy, dynamics, steps })
+    Ok(SceneFile { objects, bodies, effects: scene_effects, interest, accuracy: scene_accuracy, dynamics, steps })
 }
 
-fn accuracy(given: &document::Accuracy) -> Result<Accuracy, Invalid> {
-    let remedy = "leave it out: this version computes polygons only, the exact answer";
-    if let Some(level) = given.level.as_deref().filter(|&level| level != Level::Polygons.name()) {
-        let problem = format!("level \"{level}\" is not one that this version can stop at");
-        return Err(Invalid::new("accuracy", problem, remedy));
-    }
-    let later = [("order", &given.order), ("budget_us", &given.budget_us)];
-    if let Some((name, _)) = later.iter().find(|(_, value)| value.is_some()) {
-        return Err(Invalid::new("accuracy", format!("\"{name}\" has no use in this version"), remedy));
-    }
+fn accuracy(place: &str, given: &document::Accuracy) -> Result<Accuracy, Invalid> {
     let numbers = [
         ("distance_tolerance", given.distance_tolerance),
         ("distance_up_to", given.distance_up_to),
         ("time_tolerance", given.time_tolerance),
+        ("budget_us", given.budget_us),
     ];
     // JSON on the control channel has no other numbers; what range these must be in is the daemon's to say.
     if let Some((name, Some(value))) = numbers.iter().find(|(_, value)| value.is_some_and(|value| !value.0.is_finite()))
     {
-        return Err(Invalid::new("accuracy", format!("\"{name}\" is {}", value.0), "give a finite number"));
+        return Err(Invalid::new(place, format!("\"{name}\" is {}", value.0), "give a finite number"));
     }
-    let [distance_tolerance, distance_up_to, time_tolerance] = numbers.map(|(_, value)| value.map(|value| value.0));
-    Ok(Accuracy { distance_tolerance, distance_up_to, time_tolerance, iterations: given.iterations })
+    let level = given.level.as_deref().map(|name| level(place, name)).transpose()?;
+    let [distance_tolerance, distance_up_to, time_tolerance, budget_us] =
+        numbers.map(|(_, value)| value.map(|value| value.0));
+    let (order, iterations) = (given.order, given.iterations);
+    Ok(Accuracy { level, order, distance_tolerance, distance_up_to, time_tolerance, iterations, budget_us })
+}
+
+fn level(place: &str, name: &str) -> Result<Level, Invalid> {
+    Level::ALL.into_iter().find(|level| level.name() == name).ok_or_else(|| {
+        let known = Level::ALL.map(|level| format!("\"{}\"", level.name())).join(", ");
+        Invalid::new(place, format!("there is no level \"{name}\""), format!("choose from {known}"))
+    })
 }
 
 fn objects(entries: Entries<document::Object>, folder: &Path) -> Result<Vec<Object>, Invalid> {
@@ -171,15 +173,17 @@ fn interest(rules: Vec<document::Rule>, places: &HashMap<&str, usize>) -> Result
             let interest = match (rule.ignore, rule.effects) {
                 (true, None) => Interest::Ignore,
                 (false, Some(names)) => Interest::Effects(effects(&place, &names)?),
+                (false, None) if rule.accuracy.is_some() => Interest::Default,
                 _ => {
                     return Err(Invalid::new(
                         place,
                         "the rule says nothing, or two things",
-                        "give either \"effects\" or \"ignore\": true",
+                        "give either \"effects\" or \"accuracy\", or both, or \"ignore\": true",
                     ));
                 }
             };
-            Ok(Rule { a, b, interest })
+            let accuracy = rule.accuracy.map(|given| accuracy(&place, &given)).transpose()?;
+            Ok(Rule { a, b, interest, accuracy })
         })
         .collect()
 }

@@ -11,7 +11,7 @@ use crate::effects::response::{ManifoldPoint, add_manifold};
 use crate::effects::time_of_contact::{self, TimeOfContact, time_of_contact};
 use crate::effects::{Effects, Touching};
 use crate::object::Object;
-use crate::report::StageCounts;
+use crate::report::{StageCounts, Verdict};
 use crate::scene::Body;
 use crate::submatrix::Placed;
 
@@ -21,8 +21,8 @@ pub(super) const AT_CONTACTS: Effects = Effects::CONTACTS.union(Effects::PENETRA
 /// Whether a pair asks for anything that is left to do when its verdict is known.
 pub(super) fn is_needed(kept: &Kept) -> bool {
     kept.effects.meets(FAR)
-        || kept.overlapping && !kept.is_interfering() && kept.effects.contains(Effects::CONTAINMENT)
-        || kept.is_interfering() && kept.effects.meets(AT_CONTACTS)
+        || kept.overlapping && kept.verdict() == Verdict::Clear && kept.effects.contains(Effects::CONTAINMENT)
+        || kept.is_interfering() && kept.effects.meets(AT_CONTACTS) && !kept.is_unfinished()
 }
 
 /// One thread's memory of the effects, and what they have found, each with the number of its pair.
@@ -60,7 +60,8 @@ impl Conclusion {
         let bodies = [kept.a, kept.b].map(|body| &world.bodies[body as usize]);
         let [a, b] = bodies.map(|body| (&*body.object, &body.rows));
         let mut is_inside = false;
-        if kept.effects.contains(Effects::CONTAINMENT) && kept.overlapping && !kept.is_interfering() {
+        let verdict = kept.verdict();
+        if kept.effects.contains(Effects::CONTAINMENT) && kept.overlapping && verdict == Verdict::Clear {
             self.counts.containment_tests += 1;
             let found = containment(placed(bodies[0]), placed(bodies[1]), &mut self.ray);
             is_inside = found.is_proven();
@@ -68,13 +69,14 @@ impl Conclusion {
         }
         if kept.effects.contains(Effects::DISTANCE) {
             self.counts.distance_searches += 1;
-            let found = distance(a, b, world.accuracy.distance, &mut self.distance_memory);
+            let found = distance(a, b, world.accuracy_of(kept).distance, &mut self.distance_memory);
             self.distances.extend(found.map(|found| (pair, found)));
         }
-        if kept.is_interfering() && kept.effects.meets(AT_CONTACTS) {
+        let meets = verdict == Verdict::Interfering && !kept.is_unfinished();
+        if meets && kept.effects.meets(AT_CONTACTS) {
             self.add_contacts(pair, kept, touching, a, b);
         }
-        if kept.effects.contains(Effects::PENETRATION) && (kept.is_interfering() || is_inside) {
+        if kept.effects.contains(Effects::PENETRATION) && (meets || is_inside) {
             self.add_penetration(pair, kept, a, b);
         }
         if kept.effects.contains(Effects::TIME_OF_CONTACT) {
@@ -126,7 +128,7 @@ impl Conclusion {
     fn add_time(&mut self, pair: u32, kept: &Kept, world: World<'_>) {
         self.counts.time_searches += 1;
         let [a, b] = [kept.a, kept.b].map(|body| (&*world.bodies[body as usize].object, world.motion(body)));
-        let mut found = time_of_contact((a.0, &a.1), (b.0, &b.1), world.accuracy.time, &mut self.time_memory);
+        let mut found = time_of_contact((a.0, &a.1), (b.0, &b.1), world.accuracy_of(kept).time, &mut self.time_memory);
         let at_start = TimeOfContact::Contact { lo: 0.0, hi: 0.0 };
         if found != at_start && kept.effects.contains(Effects::CONTAINMENT) {
             let [from_a, from_b] = [a.1.at(0.0), b.1.at(0.0)];

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::World;
+use super::{Limit, World};
 use crate::broad_phase::BroadPhase;
 use crate::effects::Effects;
 use crate::global_boxes::GlobalBox;
@@ -23,13 +23,13 @@ pub(super) struct Reach {
 impl Reach {
     /// Every pair of bodies that may be near enough for these effects, and every pair whose boxes overlap; none when no pair asks
     /// for them.
-    pub fn pairs(&mut self, world: &World<'_>) -> &[(u32, u32)] {
+    pub fn pairs(&mut self, world: &World<'_>, limit: &Limit<'_>) -> &[(u32, u32)] {
         if !world.asked.meets(FAR) {
             return &[];
         }
         self.boxes.clear();
         self.boxes.extend((0..world.bodies.len() as u32).map(|body| reach(world, body)));
-        self.broad_phase.overlapping_boxes(&self.boxes)
+        self.broad_phase.overlapping_within(&self.boxes, |work| limit.spend(work))
     }
 }
 
@@ -40,7 +40,7 @@ fn reach(world: &World<'_>, body: u32) -> GlobalBox {
             bounds = bounds.joined(&world.motion(body).swept_box(&container));
         }
         if world.asked.contains(Effects::DISTANCE) {
-            bounds = widened(&bounds, 0.5 * world.accuracy.distance.up_to);
+            bounds = widened(&bounds, 0.5 * world.up_to);
         }
     }
     bounds

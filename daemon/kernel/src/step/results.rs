@@ -4,9 +4,8 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
-use super::conclusion::Conclusion;
 use super::worker::Worker;
-use super::{Kept, get_mut, run};
+use super::{Kept, World, get_mut, run};
 use crate::effects::contacts::Contacts;
 use crate::effects::containment::Containment;
 use crate::effects::distance::Distance;
@@ -14,8 +13,8 @@ use crate::effects::penetration::Penetration;
 use crate::effects::response::ManifoldPoint;
 use crate::effects::time_of_contact::TimeOfContact;
 use crate::effects::{Effects, Found};
-use crate::report::{Level, PairResult, PolygonPair, StageCounts, Verdict};
-use crate::scene::Body;
+use crate::open_bound;
+use crate::report::{Level, OpenBound, PairResult, PolygonPair, StageCounts, Verdict};
 
 /// The records of a report. Those of an effect name a pair by its place in `pairs`, and come in the order of the pairs.
 #[derive(Debug, Default)]
@@ -28,6 +27,11 @@ pub(crate) struct Results {
     /// Place of the pair, and its regions in `contacts`.
     pub regions: Vec<(u32, Range<usize>)>,
     pub contacts: Contacts,
+    /// Of the pairs left possible.
+    pub bounds: Vec<(u32, OpenBound)>,
+    /// What is known of pairs where their accuracy ends, and where they were put aside for want of time.
+    open: Vec<(u32, OpenBound)>,
+    progress: Vec<(u32, OpenBound)>,
     /// Points for the response.
     pub manifold: Vec<(u32, ManifoldPoint)>,
     contained: Vec<(u32, Containment)>,
@@ -48,13 +52,19 @@ impl Results {
         self.regions.clear();
         self.contacts.clear();
         self.manifold.clear();
+        self.bounds.clear();
+        self.open.clear();
+        self.progress.clear();
         self.contained.clear();
         self.kept.clear();
         self.counts = StageCounts::default();
     }
 
     /// Takes over what one thread has found.
-    pub fn take(&mut self, from: &mut Conclusion) {
+    pub fn take(&mut self, worker: &mut Worker) {
+        self.open.append(&mut worker.open);
+        self.progress.append(&mut worker.progress);
+        let from = &mut worker.conclusion;
         self.distances.append(&mut from.distances);
         self.times.append(&mut from.times);
         self.penetrations.append(&mut from.penetrations);
@@ -83,26 +93,39 @@ impl Results {
     }
 
     /// Lists the pairs that are not proven clear, and those of which an effect has something to say.
-    pub fn list(&mut self, bodies: &[Body], kept: &[Kept], found: &[Found]) {
+    pub fn list(&mut self, world: &World<'_>, kept: &[Kept], found: &[Found]) {
         self.order();
         self.polygon_pairs.extend(found.iter().map(PolygonPair::from));
-        let mut first = [0; 4];
+        let mut first = [0; 6];
         for (pair, kept) in (0..).zip(kept) {
             let polygon_pairs = run(found, &mut first[0], |found| found.pair == pair);
             let contained = run(&self.contained, &mut first[1], |&(of, _)| of == pair);
             let distances = run(&self.distances, &mut first[2], |&(of, _)| of == pair);
             let times = run(&self.times, &mut first[3], |&(of, _)| of == pair);
+            let ends = [
+                run(&self.open, &mut first[4], |&(of, _)| of == pair),
+                run(&self.progress, &mut first[5], |&(of, _)| of == pair),
+            ];
             let containment = self.contained[contained].first().map_or(Containment::None, |&(_, found)| found);
-            let interfering = kept.is_interfering() || containment.is_proven();
-            if !interfering && containment == Containment::None && distances.is_empty() && times.is_empty() {
+            let verdict = if containment.is_proven() { Verdict::Interfering } else { kept.verdict() };
+            let is_of_interest = containment != Containment::None || !distances.is_empty() || !times.is_empty();
+            if verdict == Verdict::Clear && !is_of_interest && !kept.is_unfinished() {
                 continue;
+            }
+            let mut level = world.accuracy_of(kept).level;
+            if verdict == Verdict::Possible {
+                let bound = self.open[ends[0].clone()].first().or(self.progress[ends[1].clone()].first());
+                level = if ends[0].is_empty() { bound.map_or(Level::GlobalBoxes, level_of) } else { level };
+                let bound = bound.map_or_else(|| bound_of_boxes(world, kept), |&(_, bound)| bound);
+                self.bounds.push((pair, bound));
             }
             self.kept.push(pair);
             self.pairs.push(PairResult {
-                a: bodies[kept.a as usize].id,
-                b: bodies[kept.b as usize].id,
-                verdict: if interfering { Verdict::Interfering } else { Verdict::Clear },
-                level: Level::Polygons,
+                a: world.bodies[kept.a as usize].id,
+                b: world.bodies[kept.b as usize].id,
+                verdict,
+                level,
+                unfinished: kept.is_unfinished(),
                 relation: found[polygon_pairs.clone()].iter().map(|found| found.relation).max(),
                 containment: kept.effects.contains(Effects::CONTAINMENT).then_some(containment),
                 polygon_pairs,
@@ -118,6 +141,10 @@ impl Results {
         self.times.sort_by_key(|&(pair, _)| pair);
         self.penetrations.sort_by_key(|&(pair, _)| pair);
         self.manifold.sort_by_key(|&(pair, _)| pair);
+        self.open.sort_unstable_by_key(|&(pair, _)| pair);
+        self.progress.sort_unstable_by(|one, other| {
+            one.0.cmp(&other.0).then(one.1.apart_at_most.total_cmp(&other.1.apart_at_most))
+        });
     }
 
     /// Records name the places of their pairs in the report from now on.
@@ -128,6 +155,7 @@ impl Results {
         self.penetrations.iter_mut().for_each(|(pair, _)| place(pair));
         self.manifold.iter_mut().for_each(|(pair, _)| place(pair));
         self.regions.iter_mut().for_each(|(pair, _)| place(pair));
+        self.bounds.iter_mut().for_each(|(pair, _)| place(pair));
     }
 
     /// The kept pair of a pair of the report.
@@ -141,4 +169,14 @@ impl Results {
         counts.polygon_pairs = self.polygon_pairs.len() as u64;
         counts.response_points = self.manifold.len() as u64;
     }
+}
+
+/// The level of what was put aside.
+fn level_of((_, bound): &(u32, OpenBound)) -> Level {
+    if bound.orders == [0; 2] { Level::Containers } else { Level::Voxels }
+}
+
+fn bound_of_boxes(world: &World<'_>, kept: &Kept) -> OpenBound {
+    let [a, b] = [kept.a, kept.b].map(|body| &world.boxes[body as usize]);
+    open_bound::of_boxes(a, b)
 }

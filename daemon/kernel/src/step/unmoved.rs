@@ -38,6 +38,10 @@ impl LastStep {
         for pair in kept {
             next += self.kept[next..].iter().take_while(|last| (last.a, last.b) < (pair.a, pair.b)).count();
             let Some(last) = self.kept.get(next).filter(|last| (last.a, last.b) == (pair.a, pair.b)) else { continue };
+            pair.was_interfering = last.is_interfering();
+            if last.is_open() || last.is_unfinished() {
+                continue;
+            }
             let same = (last.effects, last.overlapping) == (pair.effects, pair.overlapping);
             if same && is_unmoved(pair.a) && is_unmoved(pair.b) {
                 pair.unmoved = Some(next as u32);

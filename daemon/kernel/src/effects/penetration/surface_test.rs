@@ -29,7 +29,7 @@ impl SurfaceTest {
             return false;
         }
         let (first, second) = (placed(a), placed(b));
-        let Some(frame) = PairFrame::new(first, second) else { return false };
+        let Some(frame) = PairFrame::new(first, second, None) else { return false };
         let tame = first.magnitude.max(second.magnitude).max_element() < TAME_LIMIT;
         let descent = Descent { frame: &frame, a: a.0, b: b.0 };
         if tame { self.descend(Tame, a, b, &descent) } else { self.descend(AnyRange, a, b, &descent) }

@@ -1,0 +1,77 @@
+//! What is left of a step's budget, for all of its threads.
+
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+
+use super::Clock;
+use crate::accuracy::Budget;
+
+/// Time within which another thread has hardly woken up, in nanoseconds.
+const TOO_SHORT_TO_SHARE: u64 = 100_000;
+
+/// The budget of a step under way.
+pub(crate) struct Limit<'c> {
+    clock: &'c dyn Clock,
+    left: Left,
+    is_up: AtomicBool,
+}
+
+enum Left {
+    Unlimited,
+    /// Until the clock shows this.
+    Until(u64),
+    /// Units of work.
+    Work(AtomicI64),
+}
+
+impl<'c> Limit<'c> {
+    /// The whole budget of a step that began at `start`.
+    pub fn new(budget: Budget, clock: &'c dyn Clock, start: u64) -> Limit<'c> {
+        let left = match budget {
+            Budget::Unlimited => Left::Unlimited,
+            Budget::Nanoseconds(time) => Left::Until(start.saturating_add(time)),
+            Budget::Work(units) => Left::Work(AtomicI64::new(units.try_into().unwrap_or(i64::MAX))),
+        };
+        Limit { clock, left, is_up: AtomicBool::new(false) }
+    }
+
+    /// Whether there is a limit at all.
+    pub fn exists(&self) -> bool {
+        !matches!(self.left, Left::Unlimited)
+    }
+
+    /// Takes so many units of work off; says whether the budget is used up. Once it is, it stays so.
+    #[inline]
+    pub fn spend(&self, units: u64) -> bool {
+        match &self.left {
+            Left::Unlimited => false,
+            _ if self.is_up() => true,
+            Left::Until(end) => self.note(self.clock.nanoseconds() >= *end),
+            Left::Work(left) => self.note(left.fetch_sub(units as i64, Ordering::Relaxed) < units as i64),
+        }
+    }
+
+    /// Whether the budget was found used up.
+    #[inline]
+    pub fn is_up(&self) -> bool {
+        self.is_up.load(Ordering::Relaxed)
+    }
+
+    /// Keeps time for what comes after.
+    pub fn reserve(&mut self, nanoseconds: u64) {
+        if let Left::Until(end) = &mut self.left {
+            *end = end.saturating_sub(nanoseconds);
+        }
+    }
+
+    /// Whether it is not worth waking another thread for the time that is left.
+    pub fn is_short(&self) -> bool {
+        matches!(self.left, Left::Until(end) if end.saturating_sub(self.clock.nanoseconds()) < TOO_SHORT_TO_SHARE)
+    }
+
+    fn note(&self, is_up: bool) -> bool {
+        if is_up {
+            self.is_up.store(true, Ordering::Relaxed);
+        }
+        is_up
+    }
+}
