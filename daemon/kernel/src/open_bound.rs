@@ -45,8 +45,8 @@ impl Bounds<'_> {
     /// Whether the spheres around two voxels reach each other.
     pub fn reach_each_other(&self, voxels: &VoxelPair) -> bool {
         let (distance, reach) = self.spheres(voxels);
-        // False for NaN: what is not proven apart is kept.
-        !(distance > reach)
+        // What cannot be compared is not proven apart, and kept.
+        distance <= reach || distance.is_nan() || reach.is_nan()
     }
 
     /// What is known when *some* voxels of the levels of these reach each other, and so do the spheres around them.

@@ -257,7 +257,7 @@ impl Worker {
         let (polygons, touching) = (kept.effects.contains(Effects::POLYGON_PAIRS), kept.effects.meets(AT_CONTACTS));
         for (p, q) in self.candidates.iter() {
             self.counts.exact_tests += 1;
-            if self.counts.exact_tests % TESTS_AT_ONCE == 0 && visit.spend(TESTS_AT_ONCE as i64) {
+            if self.counts.exact_tests.is_multiple_of(TESTS_AT_ONCE) && visit.spend(TESTS_AT_ONCE as i64) {
                 return;
             }
             let Some(relation) = triangles_in(arithmetic, &p.corners, &q.corners) else { continue };
