@@ -128,6 +128,47 @@ fn what_was_not_asked_for_is_absent() {
 }
 
 #[test]
+fn a_scene_and_a_pair_have_an_accuracy() {
+    let folder = Folder::new();
+    let mut scene = two_squares(json!([{}]));
+    scene["effects"] = json!(["interference"]);
+    scene["accuracy"] = json!({ "level": "voxels", "order": 0 });
+    let run = folder.check_scene(&scene);
+    assert_eq!(run.status, Some(1), "what may interfere counts: {}", run.stderr);
+    let pair = &run.lines()[0]["pairs"][0];
+    assert_eq!((&pair["verdict"], &pair["level"]), (&json!("possible"), &json!("voxels")));
+    assert_eq!(pair["bound"]["orders"], json!([0, 0]));
+    let apart = pair["bound"]["apart_at_most"].as_f64().expect("a bound");
+    assert!((apart - 8f64.sqrt()).abs() < 1e-9, "two diagonals of a unit square: {apart}");
+    let table = folder.check(&["scene.json"]);
+    assert!(table.stdout.contains("voxels, orders 0 and 0: at most 2.828e0 apart"), "{}", table.stdout);
+    scene["interest"] = json!([{ "pair": ["b", "a"], "accuracy": { "level": "polygons" } }]);
+    let pair = folder.check_scene(&scene).lines()[0]["pairs"][0].clone();
+    assert_eq!((&pair["verdict"], pair.get("bound")), (&json!("interfering"), None));
+}
+
+#[test]
+fn a_bad_accuracy_is_named_with_its_place_and_remedy() {
+    let folder = Folder::new();
+    let cases = [
+        (json!({ "level": "exact" }), ["accuracy: there is no level \"exact\"", "choose from \"global_boxes\""]),
+        (json!({ "level": "voxels", "order": -1 }), ["invalid value", "-1"]),
+        (json!({ "order": 4 }), ["order is 4, but the level is polygons", "level voxels only"]),
+        (json!({ "budget_us": 0 }), ["budget_us is 0", "above 0, in microseconds"]),
+        (json!({ "budget_us": -5 }), ["budget_us is -5", "above 0, in microseconds"]),
+        (json!({ "distance_tolerance": -1 }), ["distance_tolerance is -1", "from 0 to below 1"]),
+    ];
+    for (accuracy, parts) in cases {
+        let mut scene = two_squares(json!([{}]));
+        scene["accuracy"] = accuracy.clone();
+        folder.check_scene(&scene).is_trouble(&parts);
+        scene["accuracy"] = json!({});
+        scene["interest"] = json!([{ "pair": ["a", "b"], "accuracy": accuracy }]);
+        folder.check_scene(&scene).is_trouble(&parts[..0]);
+    }
+}
+
+#[test]
 fn interest_and_groups_decide_what_a_pair_has() {
     let folder = Folder::new();
     let mut scene = two_squares(json!([{}]));

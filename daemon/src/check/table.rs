@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use collided_client::{Containment, TimeOfContact};
+use collided_client::{Containment, TimeOfContact, Verdict};
 use collided_protocol::Effect;
 
 use super::output::{Output, Pair, PairEffects, StepResult};
@@ -20,12 +20,22 @@ pub(super) struct Table<W> {
     with_polygon_pairs: bool,
     steps: usize,
     interfering_steps: usize,
+    /// Whether some pair was left possible.
+    is_open: bool,
     scenes: usize,
 }
 
 impl<W: Write> Table<W> {
     pub fn new(writer: W) -> Table<W> {
-        Table { writer, name_width: 0, with_polygon_pairs: false, steps: 0, interfering_steps: 0, scenes: 0 }
+        Table {
+            writer,
+            name_width: 0,
+            with_polygon_pairs: false,
+            steps: 0,
+            interfering_steps: 0,
+            is_open: false,
+            scenes: 0,
+        }
     }
 
     fn row(&mut self, step: &str, names: [&str; 2], verdict: &str, polygons: [&str; 2], more: &str) -> io::Result<()> {
@@ -88,7 +98,7 @@ impl<W: Write> Output for Table<W> {
         let names = file.bodies.iter().map(|body| body.name.as_str()).chain(NAME_HEADINGS);
         self.name_width = names.map(|name| name.chars().count()).max().unwrap_or(0);
         self.with_polygon_pairs = PairEffects::of(file).any(Effect::PolygonPairs);
-        (self.steps, self.interfering_steps) = (0, 0);
+        (self.steps, self.interfering_steps, self.is_open) = (0, 0, false);
         if self.scenes > 0 {
             writeln!(self.writer)?;
         }
@@ -103,6 +113,8 @@ impl<W: Write> Output for Table<W> {
         let mut step = result.index.to_string();
         self.steps += 1;
         self.interfering_steps += usize::from(result.is_interfering());
+        let is_open = |pair: collided_client::Pair<'_>| pair.verdict() == Verdict::Possible;
+        self.is_open |= !result.report.is_complete() || result.report.pairs().any(is_open);
         if !result.report.is_complete() {
             self.row(
                 &step,
@@ -124,7 +136,8 @@ impl<W: Write> Output for Table<W> {
 
     fn end(&mut self) -> io::Result<()> {
         let steps = counted(self.steps, "step", "steps");
-        writeln!(self.writer, "pairs interfere in {} of {steps}", self.interfering_steps)
+        let what = if self.is_open { "interfere, or may interfere," } else { "interfere" };
+        writeln!(self.writer, "pairs {what} in {} of {steps}", self.interfering_steps)
     }
 }
 

@@ -126,6 +126,7 @@ fn records_are_right(records: Records<'_>, expected: &[PairBytes], header: &Repo
 /// All that a pair says of effects can be read, whatever it is.
 fn read_effects(pair: Pair<'_>) {
     black_box((pair.distance(), pair.time_of_contact(), pair.penetration(), pair.impulses()));
+    black_box((pair.bound(), pair.is_unfinished()));
     for region in pair.contacts() {
         black_box((region.points(), region.segments()));
         for area in region.areas() {
