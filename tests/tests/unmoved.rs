@@ -10,8 +10,12 @@ use collided_tests::{crowd, meshes};
 const BODIES: usize = 60;
 
 fn scene(object: &Arc<Object>, effects: Effects) -> Scene {
+    scene_of(object, effects, BODIES)
+}
+
+fn scene_of(object: &Arc<Object>, effects: Effects, count: usize) -> Scene {
     let mut scene = Scene::new(effects);
-    for _ in 0..BODIES {
+    for _ in 0..count {
         scene.add_body(Arc::clone(object), None);
     }
     scene.set_accuracy(Accuracy {
@@ -86,4 +90,46 @@ fn what_changes_without_a_motion_is_seen() {
     new.remove_body(ids[2]).expect("it is there");
     new.set_interest(BodyId(0), BodyId(1), rule).expect("both are there");
     assert_eq!(step(&mut long, &placed).0, step(&mut new, &placed).0);
+}
+
+/// Stage 9 of pairs at rest is not done again; what it found is in each report.
+#[test]
+fn effects_of_bodies_at_rest_are_kept() {
+    let object = meshes::shipped("low_poly_bunny", None);
+    let all = [
+        Effects::CONTACTS,
+        Effects::CONTAINMENT,
+        Effects::DISTANCE,
+        Effects::PENETRATION,
+        Effects::TIME_OF_CONTACT,
+        Effects::RESPONSE,
+    ];
+    let effects = all.into_iter().fold(Effects::POLYGON_PAIRS, Effects::union);
+    let placed = crowd::moving_within(1.5, 8, 2, 9);
+    let mut scene = scene_of(&object, effects, 8);
+    let everything = |scene: &mut Scene, placed: &[Rows]| {
+        let report = scene.step(Transforms::Dense(placed), &NoClock).expect("the transforms are finite");
+        let more = (report.penetrations(), report.times_of_contact(), report.impulses(), report.velocities());
+        let searches = report.counts().distance_searches
+            + report.counts().contact_pairs
+            + report.counts().penetration_searches
+            + report.counts().time_searches
+            + report.counts().containment_tests;
+        (format!("{} {more:?}", summary(&report).0), searches)
+    };
+    let arrived = |placed: &[Rows]| everything(&mut scene_of(&object, effects, 8), placed);
+    let first = everything(&mut scene, &placed[0]);
+    assert_eq!(first, arrived(&placed[0]));
+    // The step that places bodies counts as one in which they moved.
+    assert_eq!(everything(&mut scene, &placed[0]).0, first.0);
+    assert_eq!(everything(&mut scene, &placed[0]), (first.0.clone(), 0));
+    let mut one_moved = placed[0].clone();
+    one_moved[3] = placed[1][3];
+    everything(&mut scene, &one_moved);
+    let (rested, fresh) = (everything(&mut scene, &one_moved), arrived(&one_moved));
+    assert_eq!(rested.0, fresh.0);
+    assert!(0 < rested.1 && rested.1 < fresh.1, "{} searches of {}", rested.1, fresh.1);
+    let coarse = DistanceSettings { up_to: 0.1, relative_tolerance: 0.5 };
+    scene.set_accuracy(Accuracy { distance: coarse, ..Accuracy::default() });
+    assert_eq!(everything(&mut scene, &one_moved).1, fresh.1, "another accuracy asks for everything anew");
 }

@@ -11,7 +11,7 @@
 //!
 //! | each step | |
 //! |---|---|
-//! | 1. [`scene`], [`accuracy`], [`transforms`], [`motion`] | transforms in |
+//! | 1. [`scene`], [`accuracy`], [`transforms`], [`motion`], `path` | transforms in |
 //! | 2. [`global_boxes`] | global bounding boxes |
 //! | 3. [`broad_phase`] | overlapping boxes |
 //! | 4. [`interest`] | the pairs that matter |
@@ -40,6 +40,7 @@ mod voxel_slabs;
 pub mod scene;
 pub mod accuracy;
 pub mod transforms;
+mod path;
 pub mod global_boxes;
 pub mod broad_phase;
 pub mod interest;

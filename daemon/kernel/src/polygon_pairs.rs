@@ -53,19 +53,24 @@ impl Candidates {
         self.recent.forget();
     }
 
-    /// Appends the candidates of a pair of voxels; says how many pairs of triangles the two lists make.
+    /// Appends the candidates of a pair of voxels; says how many pairs of triangles the two lists make. Of the others, those nearer
+    /// than `clearance` lower it to a bound of their distance.
     #[inline(always)]
-    pub fn add(&mut self, voxels: &VoxelPair, a: (&Object, &Rows), b: (&Object, &Rows)) -> u64 {
+    pub fn add(&mut self, voxels: &VoxelPair, a: (&Object, &Rows), b: (&Object, &Rows), clearance: &mut f64) -> u64 {
         let [first, second] = &mut self.sides;
         let (start_a, _) = first.gather(voxels.a, a.0, a.1);
         let (start_b, bounds_b) = second.gather(voxels.b, b.0, b.1);
         for (i, p) in first.triangles.iter().enumerate().skip(start_a) {
-            if !p.bounds.overlaps(&bounds_b) {
+            if !p.bounds.overlaps(&bounds_b) && p.bounds.gap(&bounds_b) > *clearance {
                 continue;
             }
             for (j, q) in second.triangles.iter().enumerate().skip(start_b) {
-                if p.bounds.overlaps(&q.bounds) && self.recent.is_new(p.number, q.number) {
-                    self.pairs.push((i as u32, j as u32));
+                if p.bounds.overlaps(&q.bounds) {
+                    if self.recent.is_new(p.number, q.number) {
+                        self.pairs.push((i as u32, j as u32));
+                    }
+                } else if *clearance > 0.0 {
+                    *clearance = clearance.min(p.bounds.gap(&q.bounds).next_down());
                 }
             }
         }

@@ -11,6 +11,7 @@ use crate::effects::response::{MassProperties, Velocity};
 use crate::global_boxes::GlobalBox;
 use crate::interest::{GroupId, Interest, InterestRow};
 use crate::object::Object;
+use crate::path::Path;
 use crate::report::Report;
 use crate::step::{Clock, Limit, Step, World};
 use crate::transforms::{RigidMotion, Staged, StepError, StepInput, check_staged, commit, stage};
@@ -43,6 +44,7 @@ pub(crate) struct Body {
     pub replaced: bool,
     /// Whether its global bounding box is that of where it is.
     pub has_box: bool,
+    pub path: Path,
     pub velocity: Velocity,
     /// `None`: static.
     pub dynamics: Option<Dynamics>,
@@ -106,6 +108,7 @@ impl Scene {
             changed: u64::MAX,
             replaced: true,
             has_box: false,
+            path: Path::default(),
             velocity: Velocity::default(),
             dynamics: None,
         });
@@ -218,7 +221,7 @@ impl Scene {
             }
         }
         let limit = Limit::new(self.budget, clock, start);
-        let box_count = commit(&mut self.bodies, &mut self.boxes, self.steps, &limit);
+        let box_count = commit(&mut self.bodies, &mut self.boxes, &self.rigid, self.steps, &limit);
         let world = World {
             bodies: &self.bodies,
             boxes: &self.boxes,

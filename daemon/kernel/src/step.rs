@@ -1,11 +1,13 @@
 //! The step: stages 3 to 10, one after the other.
 
+mod coherence;
 mod conclusion;
 mod limit;
 mod reach;
 mod response;
 mod results;
 mod unmoved;
+mod witness;
 mod worker;
 
 use std::cmp::Reverse;
@@ -24,6 +26,7 @@ use crate::report::{Report, StageCounts, StageTimes, Verdict};
 use crate::scene::Body;
 use crate::transforms::{RigidMotion, motion};
 use crate::workforce::Workforce;
+use coherence::{Clearance, Memory};
 use conclusion::AT_CONTACTS;
 pub(crate) use limit::Limit;
 use reach::{FAR, Reach};
@@ -83,7 +86,7 @@ impl World<'_> {
 }
 
 /// A pair of bodies that matters: indices into the scene's bodies, and what is asked for.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Kept {
     pub a: u32,
     pub b: u32,
@@ -93,6 +96,15 @@ pub(crate) struct Kept {
     pub overlapping: bool,
     /// Which pair of the last step it was, when neither body has moved since.
     pub unmoved: Option<u32>,
+    /// Whether stage 9 found then what it would find now.
+    pub concluded: bool,
+    /// Whether the bodies have together moved less than they were apart: proven clear.
+    pub apart: bool,
+    /// Whether they were that far apart at the start of the step, so that they do not meet in it.
+    pub free: bool,
+    pub memory: Memory,
+    /// What the test looks for besides.
+    pub clearance: Clearance,
     /// Set when a common point is proven.
     pub interfering: AtomicBool,
     /// Set when the pair is refined as far as its accuracy, or the budget, allows and is not proven clear.
@@ -104,11 +116,6 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    fn new(a: u32, b: u32, effects: Effects, overlapping: bool) -> Kept {
-        let (interfering, open, unfinished) = Default::default();
-        Kept { a, b, effects, overlapping, unmoved: None, interfering, open, unfinished, was_interfering: false }
-    }
-
     pub fn is_interfering(&self) -> bool {
         self.interfering.load(Ordering::Relaxed)
     }
@@ -139,6 +146,11 @@ impl Kept {
             (false, true) => Verdict::Possible,
             (false, false) => Verdict::Clear,
         }
+    }
+
+    /// Whether stages 5 to 8 have to look at it.
+    fn needs_test(&self) -> bool {
+        self.overlapping && self.unmoved.is_none() && !self.apart
     }
 }
 
@@ -176,7 +188,7 @@ impl Step {
         self.counts.broad_pairs = overlapping.len() as u64;
         let farther = self.reach.pairs(&world, &limit);
         self.times.broad_phase = stopwatch.lap();
-        self.last.take(&mut self.kept, &mut self.found, &mut self.touching);
+        self.last.take(&mut self.kept, &mut self.found, &mut self.touching, &mut self.results);
         keep(overlapping, farther, &world, &mut self.kept);
         self.last.decide(&mut self.kept, &world);
         self.counts.interest_pairs = self.kept.len() as u64;
@@ -185,6 +197,7 @@ impl Step {
         limit.reserve(self.kept.len() as u64 * self.listing_time);
         self.compare(&Round { world, clock, limit: &limit });
         stopwatch.lap();
+        self.learn(&world);
         self.gather(clock);
         self.conclude(world, clock, &limit);
         self.times.effects = stopwatch.lap();
@@ -211,8 +224,7 @@ impl Step {
     fn compare(&mut self, round: &Round<'_>) {
         self.workers.resize_with(round.clock.threads() + 1, Mutex::default);
         self.tasks.clear();
-        let wanted = |kept: &Kept| kept.overlapping && kept.unmoved.is_none();
-        let open = self.kept.iter().enumerate().rev().filter(|(_, kept)| wanted(kept));
+        let open = self.kept.iter().enumerate().rev().filter(|(_, kept)| kept.needs_test());
         self.tasks.extend(open.map(|(pair, _)| Task::whole_pair(pair as u32)));
         if round.limit.exists() {
             // The last ones come first: what interfered in the last step is likely to be proven soon.
@@ -257,6 +269,18 @@ impl Step {
         }
     }
 
+    /// What the next step need not find anew.
+    fn learn(&mut self, world: &World<'_>) {
+        for kept in self.kept.iter_mut().filter(|kept| kept.needs_test()) {
+            coherence::learn(kept, world);
+        }
+        for worker in &mut self.workers {
+            for (pair, triangles) in get_mut(worker).witnesses.drain(..) {
+                self.kept[pair as usize].memory.witness = Some(triangles);
+            }
+        }
+    }
+
     /// What the workers found in stage 8, in the order of the report.
     fn gather(&mut self, clock: &dyn Clock) {
         self.found.clear();
@@ -283,7 +307,7 @@ impl Step {
         let mut first = 0;
         for (pair, kept) in (0..).zip(&self.kept) {
             let touching = run(&self.touching, &mut first, |touching| touching.pair == pair);
-            if conclusion::is_needed(kept) {
+            if !kept.concluded && conclusion::is_needed(kept) {
                 self.concluding.push((pair, touching));
             }
         }
@@ -311,7 +335,8 @@ impl Step {
             self.results.take(worker);
             worker.report_to(&mut self.counts, &mut self.times);
         }
-        self.results.take_regions(&mut self.workers);
+        self.results.recall(&self.kept, &self.last.results);
+        self.results.take_regions(&mut self.workers, &self.last.results);
         self.results.list(&world, &self.kept, &self.found);
         self.response.solve(&self.results, &self.kept, world.bodies);
         self.results.count(&mut self.counts);
@@ -356,7 +381,7 @@ fn keep(overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>, k
         let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
         let effects = first.interest.effects(second.id, &second.interest, world.effects);
         let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
-        matters.then(|| Kept::new(a, b, effects, overlapping))
+        matters.then(|| Kept { a, b, effects, overlapping, ..Kept::default() })
     };
     if farther.is_empty() {
         return kept.extend(overlapping.iter().filter_map(|&(a, b)| pair(a, b, true)));

@@ -41,13 +41,14 @@ use glam::DVec3;
 use crate::affine::Rows;
 use crate::container::{HALVINGS_PER_LEVEL, MAX_ORDER};
 use crate::object::Object;
+use crate::path::length_at_most;
 use crate::polygon_box::unit_scale;
 
 const SLACK: f64 = 64.0 * (f64::EPSILON / 2.0);
 /// 2^-1060.
 pub(crate) const UNDERFLOW: f64 = f64::from_bits(1 << 14);
 /// 2^-1072.
-const HALVING: f64 = f64::from_bits(1 << 2);
+pub(crate) const HALVING: f64 = f64::from_bits(1 << 2);
 
 /// Levels of the pyramid, the voxels of the full order included.
 pub(crate) const MAX_LEVELS: usize = (MAX_ORDER.div_ceil(HALVINGS_PER_LEVEL) + 1) as usize;
@@ -131,13 +132,24 @@ impl PairFrame {
     /// `None` when the containers are proven apart. `order`: the order of voxels at which the descent ends, if it is smaller than the
     /// object's own.
     pub fn new(a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> Option<PairFrame> {
+        PairFrame::within(0.0, a, b, order)
+    }
+
+    /// Proves apart only what is proven farther apart than a clearance: the slack of each axis is larger by its length times that. `None`
+    /// when the containers are.
+    pub fn within(clearance: f64, a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> Option<PairFrame> {
         let (columns_a, columns_b) = (columns(a.rows), columns(b.rows));
         let directions = directions(&columns_a, &columns_b);
         let shift = DVec3::new(a.rows[0][3] - b.rows[0][3], a.rows[1][3] - b.rows[1][3], a.rows[2][3] - b.rows[2][3]);
         let coordinates = reach(a.object).into_iter().chain(reach(b.object)).sum::<f64>();
         let twice = 2.0 * (a.magnitude + b.magnitude);
-        let slack =
+        let mut slack =
             directions.map(|direction| direction.abs().dot(twice) * (0.5 * SLACK) + UNDERFLOW * (4.0 + coordinates));
+        if clearance > 0.0 {
+            // The sums that the slack enters have fewer roundings than this.
+            let clearance = clearance * (1.0 + 8.0 * f64::EPSILON);
+            slack.iter_mut().zip(&directions).for_each(|(slack, axis)| *slack += clearance * length_at_most(*axis));
+        }
         let offset = directions.map(|direction| direction.dot(shift));
         let mut sides = [Side::new(a.object, &columns_a, &directions), Side::new(b.object, &columns_b, &directions)];
         let mut ends = [a.object, b.object].map(|object| object.matrix().depth());

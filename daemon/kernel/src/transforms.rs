@@ -4,6 +4,7 @@ use crate::affine::{Rows, magnitude, world_vertex};
 use crate::effects::response::Velocity;
 use crate::global_boxes::GlobalBox;
 use crate::motion::{Motion, MotionError};
+use crate::path::displacement;
 use crate::scene::{Body, BodyId};
 use crate::step::Limit;
 
@@ -228,13 +229,19 @@ pub(crate) fn check_staged(bodies: &mut [Body], velocities: &[(BodyId, Velocity)
 
 /// Moves the bodies and computes their boxes, as long as the budget lasts; says how many. What was staged now holds where a body was
 /// before.
-pub(crate) fn commit(bodies: &mut [Body], boxes: &mut [GlobalBox], step: u64, limit: &Limit<'_>) -> u64 {
+pub(crate) fn commit(
+    bodies: &mut [Body],
+    boxes: &mut [GlobalBox],
+    rigid: &[RigidMotion],
+    step: u64,
+    limit: &Limit<'_>,
+) -> u64 {
     /// Boxes between two looks at the budget: about a microsecond.
     const SLICE: u64 = 32;
     let mut count = 0;
     for (body, bounds) in bodies.iter_mut().zip(boxes) {
         if body.staged.step == step {
-            place(body, step);
+            place(body, rigid, step);
         }
         if body.has_box || limit.is_up() || count % SLICE == SLICE - 1 && limit.spend(SLICE) {
             continue;
@@ -247,15 +254,20 @@ pub(crate) fn commit(bodies: &mut [Body], boxes: &mut [GlobalBox], step: u64, li
     count
 }
 
-fn place(body: &mut Body, step: u64) {
+fn place(body: &mut Body, rigid: &[RigidMotion], step: u64) {
     if body.replaced || bits(&body.rows) != bits(&body.staged.rows) {
         body.changed = step;
     }
     std::mem::swap(&mut body.rows, &mut body.staged.rows);
     body.magnitude = magnitude(&body.rows, body.object.reach());
+    body.first_step = body.first_step.min(step);
+    if body.replaced {
+        body.path.begin(step);
+    } else if let Some(container) = body.object.container() {
+        body.path.advance(displacement(&container, &motion(body, rigid, step), &body.rows), step);
+    }
     body.replaced = false;
     body.has_box = false;
-    body.first_step = body.first_step.min(step);
 }
 
 /// Zeros of either sign are different: the report is the same to the bit.

@@ -32,7 +32,11 @@ pub(crate) struct VoxelPair {
 
 impl VoxelPair {
     /// The two containers.
-    pub const CONTAINERS: VoxelPair = VoxelPair { a: Voxel::CONTAINER, b: Voxel::CONTAINER, whole: [false; 2] };
+    pub const CONTAINERS: VoxelPair = VoxelPair::of(Voxel::CONTAINER, Voxel::CONTAINER);
+
+    pub const fn of(a: Voxel, b: Voxel) -> VoxelPair {
+        VoxelPair { a, b, whole: [false; 2] }
+    }
 
     /// The pair with another voxel in place of one of its own.
     fn with(&self, which: Which, voxel: Voxel) -> VoxelPair {

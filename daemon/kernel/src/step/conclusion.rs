@@ -79,7 +79,7 @@ impl Conclusion {
         if kept.effects.contains(Effects::PENETRATION) && (meets || is_inside) {
             self.add_penetration(pair, kept, a, b);
         }
-        if kept.effects.contains(Effects::TIME_OF_CONTACT) {
+        if kept.effects.contains(Effects::TIME_OF_CONTACT) && !kept.free {
             self.add_time(pair, kept, world);
         }
     }

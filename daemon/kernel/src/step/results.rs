@@ -35,8 +35,8 @@ pub(crate) struct Results {
     /// Points for the response.
     pub manifold: Vec<(u32, ManifoldPoint)>,
     contained: Vec<(u32, Containment)>,
-    /// Pair, the thread that has its regions, and which of that thread's they are.
-    sources: Vec<(u32, usize, Range<usize>)>,
+    /// Pair, the thread that has its regions (none: the last step), and which of them they are.
+    sources: Vec<(u32, Option<usize>, Range<usize>)>,
     /// Number among the kept pairs of each pair of the report.
     kept: Vec<u32>,
     counts: StageCounts,
@@ -56,6 +56,7 @@ impl Results {
         self.open.clear();
         self.progress.clear();
         self.contained.clear();
+        self.sources.clear();
         self.kept.clear();
         self.counts = StageCounts::default();
     }
@@ -73,20 +74,40 @@ impl Results {
         self.counts.add(&std::mem::take(&mut from.counts));
     }
 
-    /// Takes over the regions that all threads have found, in the order of the pairs.
-    pub fn take_regions(&mut self, workers: &mut [Mutex<Worker>]) {
-        self.sources.clear();
+    /// Takes over what the last step has found of the pairs for which that is still true.
+    pub fn recall(&mut self, kept: &[Kept], last: &Results) {
+        for (pair, kept) in (0..).zip(kept).filter(|(_, kept)| kept.concluded) {
+            let Some(before) = kept.unmoved else { continue };
+            self.contained.extend(records_of(&last.contained, before).map(|found| (pair, found.1)));
+            let Ok(place) = last.kept.binary_search(&before) else { continue };
+            let place = place as u32;
+            self.distances.extend(records_of(&last.distances, place).map(|found| (pair, found.1)));
+            self.times.extend(records_of(&last.times, place).map(|found| (pair, found.1)));
+            self.penetrations.extend(records_of(&last.penetrations, place).map(|found| (pair, found.1)));
+            self.manifold.extend(records_of(&last.manifold, place).map(|found| (pair, found.1)));
+            self.sources.extend(records_of(&last.regions, place).map(|found| (pair, None, found.1.clone())));
+        }
+    }
+
+    /// Takes over the regions that all threads have found, and those of the last step, in the order of the pairs.
+    pub fn take_regions(&mut self, workers: &mut [Mutex<Worker>], last: &Results) {
         for (worker, from) in workers.iter_mut().enumerate() {
             let mut next = 0;
             for (pair, count) in get_mut(from).conclusion.regions.pairs.drain(..) {
-                self.sources.push((pair, worker, next..next + count));
+                self.sources.push((pair, Some(worker), next..next + count));
                 next += count;
             }
         }
         self.sources.sort_unstable_by_key(|&(pair, ..)| pair);
         for (pair, worker, regions) in &self.sources {
             let first = self.contacts.regions().len();
-            self.contacts.append(&get_mut(&mut workers[*worker]).conclusion.regions.contacts, regions.clone());
+            match worker {
+                Some(worker) => {
+                    let found = &get_mut(&mut workers[*worker]).conclusion.regions.contacts;
+                    self.contacts.append(found, regions.clone());
+                }
+                None => self.contacts.append(&last.contacts, regions.clone()),
+            }
             self.regions.push((*pair, first..self.contacts.regions().len()));
         }
         workers.iter_mut().for_each(|worker| get_mut(worker).conclusion.regions.contacts.clear());
@@ -179,4 +200,10 @@ fn level_of((_, bound): &(u32, OpenBound)) -> Level {
 fn bound_of_boxes(world: &World<'_>, kept: &Kept) -> OpenBound {
     let [a, b] = [kept.a, kept.b].map(|body| &world.boxes[body as usize]);
     open_bound::of_boxes(a, b)
+}
+
+/// The records of one pair, by its number in records that are in order.
+fn records_of<T>(records: &[(u32, T)], pair: u32) -> impl Iterator<Item = &(u32, T)> {
+    let first = records.partition_point(|record| record.0 < pair);
+    records[first..].iter().take_while(move |record| record.0 == pair)
 }

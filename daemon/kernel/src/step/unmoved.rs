@@ -1,7 +1,9 @@
-//! Stages 5 to 8 of pairs that have not moved since the last step: what was found then is true now.
+//! Pairs that have not moved since the last step: what was found then is true now.
 
-use super::{Kept, World, run};
-use crate::effects::{Found, Touching};
+use super::coherence::recall;
+use super::conclusion::is_needed;
+use super::{Kept, Results, World, run};
+use crate::effects::{Effects, Found, Touching};
 
 /// What the last step found.
 #[derive(Debug, Default)]
@@ -11,11 +13,20 @@ pub(super) struct LastStep {
     kept: Vec<Kept>,
     found: Vec<Found>,
     touching: Vec<Touching>,
+    /// What stage 9 found.
+    pub results: Results,
 }
 
 impl LastStep {
     /// Takes over what the last step has found, and leaves the memory of the one before it.
-    pub fn take(&mut self, kept: &mut Vec<Kept>, found: &mut Vec<Found>, touching: &mut Vec<Touching>) {
+    pub fn take(
+        &mut self,
+        kept: &mut Vec<Kept>,
+        found: &mut Vec<Found>,
+        touching: &mut Vec<Touching>,
+        results: &mut Results,
+    ) {
+        std::mem::swap(&mut self.results, results);
         std::mem::swap(&mut self.kept, kept);
         std::mem::swap(&mut self.found, found);
         std::mem::swap(&mut self.touching, touching);
@@ -46,8 +57,19 @@ impl LastStep {
             if same && is_unmoved(pair.a) && is_unmoved(pair.b) {
                 pair.unmoved = Some(next as u32);
                 *pair.interfering.get_mut() = last.is_interfering();
+                pair.memory = last.memory;
+                pair.concluded = self.is_concluded(pair, world);
+            } else {
+                recall(pair, last, world);
             }
         }
+    }
+
+    /// Whether stage 9, too, would find of an unmoved pair what it found then.
+    fn is_concluded(&self, pair: &Kept, world: &World<'_>) -> bool {
+        let rests = |body: u32| world.bodies[body as usize].path.rests_since(self.step);
+        let has_time = pair.effects.contains(Effects::TIME_OF_CONTACT);
+        is_needed(pair) && (!has_time || rests(pair.a) && rests(pair.b))
     }
 
     /// Appends what was found of the pairs that were so decided.

@@ -4,8 +4,10 @@ use std::sync::atomic::Ordering;
 
 use super::conclusion::{AT_CONTACTS, Conclusion};
 use super::limit::Limit;
+use super::witness::{self, Witness};
 use super::{Clock, Kept, Stopwatch, World};
 use crate::effects::contacts::TrianglePair;
+use crate::effects::distance::of_triangles_at_least;
 use crate::effects::{Effects, Found, Touching};
 use crate::open_bound::{self, Bounds};
 use crate::polygon_pairs::Candidates;
@@ -60,7 +62,23 @@ struct Visit<'v> {
     limit: &'v Limit<'v>,
 }
 
-impl Visit<'_> {
+/// What a task may still do before others have their turn, and how many voxel pairs the next batch has.
+struct Work {
+    left: i64,
+    batch: usize,
+}
+
+impl<'v> Visit<'v> {
+    fn new(
+        task: &'v Task,
+        kept: &'v Kept,
+        bodies: (&'v Body, &'v Body),
+        frame: &'v PairFrame,
+        limit: &'v Limit<'v>,
+    ) -> Visit<'v> {
+        Visit { task, kept, bodies, descent: Descent { frame, a: &bodies.0.object, b: &bodies.1.object }, limit }
+    }
+
     fn bounds(&self) -> Bounds<'_> {
         Bounds { frame: self.descent.frame, a: placed(self.bodies.0), b: placed(self.bodies.1) }
     }
@@ -123,6 +141,10 @@ pub(crate) struct Worker {
     pub found: Vec<Found>,
     /// Interfering triangle pairs of this step, of the pairs of bodies that stage 9 wants them of.
     pub touching: Vec<Touching>,
+    /// Triangles that proved a common point, of pairs of which no more is asked.
+    pub witnesses: Vec<(u32, Witness)>,
+    /// How far apart the bodies of the task are known to be, if no point in common turns up; see [`Clearance`](super::coherence::Clearance).
+    clearance: f64,
     /// Parts of heavy pairs, for the next round.
     pub left_over: Vec<Task>,
     /// What is known of pairs that are refined as far as their accuracy asks, and open; each once.
@@ -149,26 +171,85 @@ impl Worker {
         }
         let mut stopwatch = Stopwatch { clock: round.clock, last: round.clock.nanoseconds() };
         let accuracy = round.world.accuracy_of(kept);
-        if accuracy.level == Level::GlobalBoxes {
-            let boxes = [kept.a, kept.b].map(|body| &round.world.boxes[body as usize]);
-            return self.leave_open(task.pair, kept, open_bound::of_boxes(boxes[0], boxes[1]));
+        let bodies = (&round.world.bodies[kept.a as usize], &round.world.bodies[kept.b as usize]);
+        match accuracy.level {
+            Level::GlobalBoxes => {
+                let boxes = [kept.a, kept.b].map(|body| &round.world.boxes[body as usize]);
+                self.leave_open(task.pair, kept, open_bound::of_boxes(boxes[0], boxes[1]));
+            }
+            Level::Polygons => self.compare_polygons(task, kept, bodies, round, &mut stopwatch),
+            level => {
+                let order = if level == Level::Voxels { accuracy.order } else { None };
+                let frame = PairFrame::new(placed(bodies.0), placed(bodies.1), order);
+                self.times.voxels += stopwatch.lap();
+                let Some(frame) = frame else { return };
+                self.counts.container_pairs += u64::from(task.is_whole());
+                let pair = Visit::new(task, kept, bodies, &frame, round.limit);
+                self.stack.clear();
+                self.stack.push(task.voxels);
+                if level == Level::Containers {
+                    self.leave_open(task.pair, kept, pair.bounds().of(&VoxelPair::CONTAINERS));
+                } else {
+                    self.find_voxels(&pair, &mut stopwatch);
+                }
+            }
         }
-        let (a, b) = (&round.world.bodies[kept.a as usize], &round.world.bodies[kept.b as usize]);
-        let order = if accuracy.level == Level::Voxels { accuracy.order } else { None };
-        let frame = PairFrame::new(placed(a), placed(b), order);
-        self.times.voxels += stopwatch.lap();
-        let Some(frame) = frame else { return };
-        self.counts.container_pairs += u64::from(task.is_whole());
-        let descent = Descent { frame: &frame, a: &a.object, b: &b.object };
-        let pair = Visit { task, kept, bodies: (a, b), descent, limit: round.limit };
+    }
+
+    /// Stages 5 to 8. What the last step knows comes first.
+    fn compare_polygons(
+        &mut self,
+        task: &Task,
+        kept: &Kept,
+        bodies: (&Body, &Body),
+        round: &Round<'_>,
+        stopwatch: &mut Stopwatch<'_>,
+    ) {
+        let witness = kept.memory.witness.filter(|_| task.is_whole() && !kept.wants_all());
+        if let Some(witness) = witness {
+            self.counts.exact_tests += 1;
+            let holds = witness::holds(witness, bodies);
+            self.times.polygon_tests += stopwatch.lap();
+            if holds {
+                return kept.interfering.store(true, Ordering::Relaxed);
+            }
+        }
+        self.clearance = kept.clearance.now();
         self.stack.clear();
         self.stack.push(task.voxels);
-        let tame = (a.magnitude.max_element()).max(b.magnitude.max_element()) < TAME_LIMIT;
-        match accuracy.level {
-            Level::Containers => self.leave_open(task.pair, kept, pair.bounds().of(&VoxelPair::CONTAINERS)),
-            Level::Voxels => self.find_voxels(&pair, &mut stopwatch),
-            _ if tame => self.descend(Tame, &pair, &mut stopwatch),
-            _ => self.descend(AnyRange, &pair, &mut stopwatch),
+        self.stack.extend(witness.and_then(|witness| witness::neighbourhood(witness, bodies)));
+        self.candidates.start_pair();
+        self.descend_narrowing(task, kept, bodies, round, stopwatch);
+        kept.clearance.lower(self.clearance);
+    }
+
+    /// Descends, with narrower frames as the clearance becomes smaller.
+    fn descend_narrowing(
+        &mut self,
+        task: &Task,
+        kept: &Kept,
+        bodies: (&Body, &Body),
+        round: &Round<'_>,
+        stopwatch: &mut Stopwatch<'_>,
+    ) {
+        let magnitude = bodies.0.magnitude.max(bodies.1.magnitude).max_element();
+        let mut count = u64::from(task.is_whole());
+        let mut work = None;
+        loop {
+            let frame = PairFrame::within(self.clearance, placed(bodies.0), placed(bodies.1), None);
+            self.times.voxels += stopwatch.lap();
+            let Some(frame) = frame else { return };
+            self.counts.container_pairs += std::mem::take(&mut count);
+            let pair = Visit::new(task, kept, bodies, &frame, round.limit);
+            let work = work.get_or_insert_with(|| Work { left: pair.share(), batch: 1 });
+            let is_done = if magnitude < TAME_LIMIT {
+                self.descend(Tame, &pair, work, stopwatch)
+            } else {
+                self.descend(AnyRange, &pair, work, stopwatch)
+            };
+            if is_done {
+                return;
+            }
         }
     }
 
@@ -196,25 +277,35 @@ impl Worker {
         self.times.voxels += stopwatch.lap();
     }
 
-    /// Alternates between stages 6, 7 and 8 until the pair is decided or turns out heavy.
-    fn descend<A: Arithmetic>(&mut self, arithmetic: A, pair: &Visit<'_>, stopwatch: &mut Stopwatch<'_>) {
-        let mut budget = pair.share();
-        let mut batch = 1;
-        self.candidates.start_pair();
-        while !self.stack.is_empty() && !is_decided(pair.kept) && self.may_go_on(pair, &mut budget) {
-            let mut slice = pair.slice(budget);
+    /// Alternates between stages 6, 7 and 8 until the pair is decided or turns out heavy. Whether that is so; if not, the frame is wider
+    /// than it need be.
+    fn descend<A: Arithmetic>(
+        &mut self,
+        arithmetic: A,
+        pair: &Visit<'_>,
+        work: &mut Work,
+        stopwatch: &mut Stopwatch<'_>,
+    ) -> bool {
+        let clearance = self.clearance;
+        while !self.stack.is_empty() && !is_decided(pair.kept) && self.may_go_on(pair, &mut work.left) {
+            if self.clearance < 0.5 * clearance {
+                return false;
+            }
+            let mut slice = pair.slice(work.left);
             let before = slice;
             self.leaves.clear();
-            pair.descent.advance(&mut self.stack, &mut self.leaves, batch, &mut slice, &mut self.counts);
-            budget -= before - slice;
+            pair.descent.advance(&mut self.stack, &mut self.leaves, work.batch, &mut slice, &mut self.counts);
+            work.left -= before - slice;
             pair.spend(before - slice);
             self.times.voxels += stopwatch.lap();
             self.gather(pair);
             self.times.polygon_pairs += stopwatch.lap();
             self.test(arithmetic, pair);
             self.times.polygon_tests += stopwatch.lap();
-            batch = (2 * batch).min(pair.largest_batch());
+            self.clearance = pair.kept.clearance.useful(self.clearance);
+            work.batch = (2 * work.batch).min(pair.largest_batch());
         }
+        true
     }
 
     /// Whether the work on a pair goes on, on this thread and now; if not, what is left is put aside.
@@ -246,7 +337,8 @@ impl Worker {
         let (a, b) = pair.bodies;
         self.candidates.clear();
         for voxels in &self.leaves {
-            self.counts.polygon_candidates += self.candidates.add(voxels, (&a.object, &a.rows), (&b.object, &b.rows));
+            self.counts.polygon_candidates +=
+                self.candidates.add(voxels, (&a.object, &a.rows), (&b.object, &b.rows), &mut self.clearance);
             pair.spend(1);
         }
     }
@@ -260,10 +352,16 @@ impl Worker {
             if self.counts.exact_tests.is_multiple_of(TESTS_AT_ONCE) && visit.spend(TESTS_AT_ONCE as i64) {
                 return;
             }
-            let Some(relation) = triangles_in(arithmetic, &p.corners, &q.corners) else { continue };
+            let Some(relation) = triangles_in(arithmetic, &p.corners, &q.corners) else {
+                if self.clearance > 0.0 {
+                    self.clearance = self.clearance.min(of_triangles_at_least(p, q));
+                }
+                continue;
+            };
             kept.interfering.store(true, Ordering::Relaxed);
+            self.clearance = 0.0;
             if !polygons && !touching {
-                return;
+                return self.witnesses.push((pair, [p.number, q.number]));
             }
             if polygons {
                 let (a, b) = (a.object.polygon_of(p.number as usize), b.object.polygon_of(q.number as usize));

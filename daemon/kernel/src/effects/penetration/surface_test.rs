@@ -52,7 +52,7 @@ impl SurfaceTest {
             let (mut budget, mut counts) = (i64::MAX, StageCounts::default());
             descent.advance(&mut self.stack, &mut self.leaves, batch, &mut budget, &mut counts);
             for voxels in &self.leaves {
-                self.candidates.add(voxels, a, b);
+                self.candidates.add(voxels, a, b, &mut 0.0);
             }
             if self.candidates.iter().any(|(p, q)| triangles_in(arithmetic, &p.corners, &q.corners).is_some()) {
                 return true;

@@ -1,0 +1,140 @@
+//! Coherence from step to step: what a pair of bodies remembers, so that it need not be tested again.
+//!
+//! A pair that was tested and found clear may know a *gap*: a distance that its surfaces were proven to exceed. While the points
+//! of both bodies have together come less far since then ([`Path`]), it is clear without a test. The gap comes from the
+//! very test that is run anyway: containers, voxels and boxes of triangles that are nearer than a wanted *clearance* are not discarded,
+//! and each pair of triangles that is found nearer lowers the clearance to a lower bound of its distance. What is left of it at the
+//! end is the gap.
+//!
+//! A pair that interferes and is asked for nothing but the verdict remembers two triangles that proved it, its *witness*,
+//! which the next test looks at first; then it searches where they are (`witness.rs`).
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::witness::Witness;
+use super::{Kept, World};
+use crate::path::Path;
+use crate::report::Level;
+
+/// The first clearance lasts for so many steps such as the last one.
+const STEPS_AHEAD: f64 = 16.0;
+
+/// Later ones for no fewer.
+const FEW_STEPS: f64 = 4.0;
+
+/// A gap that lasts for fewer is not worth its cost.
+const FEWEST_STEPS: f64 = 2.0;
+
+/// The most that the first clearance may be of the smaller body's box: bodies that move farther in a step gain nothing.
+const LARGEST_SHARE: f64 = 0.125;
+
+/// After a clearance that was found in full, so many times as much is wanted.
+const GROWTH: f64 = 1.5;
+
+/// After each failure twice as many tests are done without looking for a gap, up to so many.
+const LONGEST_WAIT: u8 = 32;
+
+/// What a pair of bodies knows from earlier steps.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Memory {
+    /// The surfaces were proven farther apart than this; 0: nothing is known. World length.
+    gap: f64,
+    /// The clearance to look for next; 0: none was looked for yet.
+    next: f64,
+    /// Lengths of the paths of both bodies then.
+    paths: [f64; 2],
+    /// Tests to be done before a gap is looked for again, and how many they were after the last failure.
+    waiting: u8,
+    wait: u8,
+    /// Triangles of both bodies that interfered.
+    pub witness: Option<Witness>,
+}
+
+impl Memory {
+    /// How far the points of both bodies have come since, at most.
+    fn moved(&self, paths: &[Path; 2]) -> f64 {
+        let since = |which: usize| (paths[which].length() - self.paths[which]).next_up();
+        (since(0) + since(1)).next_up()
+    }
+}
+
+/// How far apart the surfaces of a pair that is being tested are known to be, if no point in common turns up.
+#[derive(Debug, Default)]
+pub(crate) struct Clearance {
+    /// Bits of the distance; those of positive numbers are ordered as the numbers are.
+    bits: AtomicU64,
+    /// What it was at first.
+    wanted: f64,
+    /// Less is as good as nothing.
+    least: f64,
+}
+
+impl Clearance {
+    pub fn now(&self) -> f64 {
+        f64::from_bits(self.bits.load(Ordering::Relaxed))
+    }
+
+    /// What one thread has found; the smallest counts.
+    pub fn lower(&self, to: f64) {
+        self.bits.fetch_min(self.useful(to).to_bits(), Ordering::Relaxed);
+    }
+
+    /// The distance, or 0 when it is too small to be of use.
+    pub fn useful(&self, distance: f64) -> f64 {
+        if distance >= self.least { distance } else { 0.0 }
+    }
+}
+
+/// Takes over what a pair knows from the last step, and decides it where that is enough.
+pub(super) fn recall(pair: &mut Kept, last: &Kept, world: &World<'_>) {
+    let paths = paths(pair, world);
+    if !paths.iter().all(|path| path.leads_through(world.step)) {
+        return;
+    }
+    pair.memory = last.memory;
+    let step = (paths[0].within(world.step) + paths[1].within(world.step)).next_up();
+    let moved = pair.memory.moved(&paths);
+    pair.apart = moved < pair.memory.gap;
+    pair.free = (moved + step).next_up() < pair.memory.gap;
+    let is_exact = world.accuracy_of(pair).level == Level::Polygons;
+    if pair.overlapping && !pair.apart && !last.is_interfering() && is_exact {
+        want(pair, step, world);
+    }
+}
+
+/// Has the test of a pair look for a gap, when one is likely to pay.
+fn want(pair: &mut Kept, step: f64, world: &World<'_>) {
+    let size = |body: u32| (world.boxes[body as usize].max - world.boxes[body as usize].min).max_element();
+    let largest = LARGEST_SHARE * size(pair.a).min(size(pair.b));
+    let first = STEPS_AHEAD * step;
+    if pair.memory.waiting > 0 {
+        pair.memory.waiting -= 1;
+    } else if first <= largest {
+        let next = pair.memory.next.max(FEW_STEPS * step);
+        let wanted = if pair.memory.next > 0.0 { next.min(largest) } else { first };
+        pair.clearance = Clearance { bits: AtomicU64::new(wanted.to_bits()), wanted, least: FEWEST_STEPS * step };
+    }
+}
+
+/// Notes what the test of a pair has shown.
+pub(super) fn learn(pair: &mut Kept, world: &World<'_>) {
+    let paths = paths(pair, world);
+    pair.memory.gap = 0.0;
+    if pair.is_interfering() || pair.is_open() {
+        return;
+    }
+    let memory = &mut pair.memory;
+    memory.witness = None;
+    if pair.clearance.wanted > 0.0 {
+        memory.gap = pair.clearance.now();
+        memory.paths = paths.map(|path| path.length());
+        let in_full = memory.gap >= pair.clearance.wanted;
+        memory.next = if in_full { GROWTH * memory.gap } else { memory.gap.max(pair.clearance.least) };
+        memory.wait = if memory.gap > 0.0 { 0 } else { (2 * memory.wait).clamp(1, LONGEST_WAIT) };
+        memory.waiting = memory.wait;
+    }
+}
+
+fn paths(pair: &Kept, world: &World<'_>) -> [Path; 2] {
+    [pair.a, pair.b].map(|body| world.bodies[body as usize].path)
+}
