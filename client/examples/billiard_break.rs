@@ -2,9 +2,10 @@
 //! Start `collided serve`, then `cargo run -p collided-client --example billiard_break`.
 
 use std::f64::consts::PI;
-use std::process::ExitCode;
 
-use collided_client::{BodySpec, Client, Dynamics, Effect, Error, Mass, Mesh, Rows, StepInput, Velocity};
+use collided_client::{
+    BodySpec, Client, Dynamics, Effect, Error, Mass, Mesh, Rows, StepInput, Velocity, rotation, then, translation,
+};
 
 /// Metres, kilograms and seconds.
 const RADIUS: f64 = 0.028;
@@ -16,17 +17,7 @@ const BALLS: usize = 7;
 const STACKS: u32 = 12;
 const SLICES: u32 = 24;
 
-fn main() -> ExitCode {
-    match play() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn play() -> Result<(), Error> {
+fn main() -> Result<(), Error> {
     let client = Client::connect()?;
     let (vertices, counts, corners) = sphere();
     let mesh = Mesh { vertices: &vertices, corner_counts: &counts, corners: &corners };
@@ -73,24 +64,16 @@ fn tell(when: &str, velocities: &[Velocity]) {
 fn rack() -> [Rows; BALLS] {
     let places = [(-6.0, 0.1), (0.0, 0.0), (1.0, -1.0), (1.0, 1.0), (2.0, -2.0), (2.0, 0.0), (2.0, 2.0)];
     let apart = 1.002 * RADIUS;
-    places.map(|(x, y)| [[1.0, 0.0, 0.0, x * apart * 3f64.sqrt()], [0.0, 1.0, 0.0, y * apart], [0.0, 0.0, 1.0, 0.0]])
+    places.map(|(x, y)| translation([x * apart * 3f64.sqrt(), y * apart, 0.0]))
 }
 
 /// Moves and turns a ball for one step.
 fn advance(pose: &mut Rows, Velocity { linear, angular }: &Velocity) {
+    let centre = pose.map(|row| row[3]);
     let speed = angular.iter().map(|part| part * part).sum::<f64>().sqrt();
-    // Rodrigues' formula: v cos + (k × v) sin + k (k · v) (1 − cos); a ball that does not turn has the zero axis.
-    let (sin, cos) = (speed * TIME_STEP).sin_cos();
-    let [x, y, z] = angular.map(|part| part / speed.max(f64::MIN_POSITIVE));
-    for column in 0..3 {
-        let v = [pose[0][column], pose[1][column], pose[2][column]];
-        let cross = [y * v[2] - z * v[1], z * v[0] - x * v[2], x * v[1] - y * v[0]];
-        let along = (1.0 - cos) * (x * v[0] + y * v[1] + z * v[2]);
-        for (row, part) in [x, y, z].into_iter().enumerate() {
-            pose[row][column] = cos * v[row] + sin * cross[row] + along * part;
-        }
-    }
-    (0..3).for_each(|row| pose[row][3] += TIME_STEP * linear[row]);
+    let about_itself = then(pose, &translation(centre.map(|part| -part)));
+    let turned = then(&about_itself, &rotation(*angular, speed * TIME_STEP));
+    *pose = then(&turned, &translation([0, 1, 2].map(|axis| centre[axis] + TIME_STEP * linear[axis])));
 }
 
 /// Vertices, corner counts and corners of a ball: rings of quadrilaterals between two poles of triangles.

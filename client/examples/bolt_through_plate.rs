@@ -3,9 +3,8 @@
 //! Start `collided serve`, then `cargo run -p collided-client --example bolt_through_plate`.
 
 use std::f64::consts::PI;
-use std::process::ExitCode;
 
-use collided_client::{Client, Effect, Error, Mesh, RigidMotion, Rows, StepInput};
+use collided_client::{Client, Effect, Error, Mesh, RigidMotion, StepInput, translation};
 
 const THICKNESS: f64 = 1.0 / 64.0;
 /// Height of the bolts' tips at the start, and how far they fly.
@@ -14,17 +13,7 @@ const FLIGHT: f64 = 12.0;
 /// Seconds.
 const STEP: f64 = 0.001;
 
-fn main() -> ExitCode {
-    match shoot() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn shoot() -> Result<(), Error> {
+fn main() -> Result<(), Error> {
     let client = Client::connect()?;
     let parts = client.database("bolt through plate");
     let faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
@@ -42,7 +31,7 @@ fn shoot() -> Result<(), Error> {
     let spinning = scene.add_body("spinning", &bolt)?;
     let names = ["plate", "straight", "spinning"];
     // The first step only places the bodies.
-    scene.step(&[at(0.0, 0.0), at(-1.0, START), at(1.0, START)])?;
+    scene.step(&[translation([0.0, 0.0, 0.0]), translation([-1.0, 0.0, START]), translation([1.0, 0.0, START])])?;
 
     // Five turns about the bolt's own axis.
     let spin = RigidMotion {
@@ -52,7 +41,7 @@ fn shoot() -> Result<(), Error> {
         ..RigidMotion::default()
     };
     let step = StepInput {
-        transforms: &[(straight, at(-1.0, START - FLIGHT))],
+        transforms: &[(straight, translation([-1.0, 0.0, START - FLIGHT]))],
         rigid: &[(spinning, spin)],
         delta_time: STEP,
         ..StepInput::default()
@@ -67,8 +56,4 @@ fn shoot() -> Result<(), Error> {
         println!("  that is after {:.3} µs, the tip at {:.6}", 1e6 * STEP * from, START - FLIGHT * from);
     }
     Ok(())
-}
-
-fn at(x: f64, z: f64) -> Rows {
-    [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, z]]
 }

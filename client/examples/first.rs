@@ -1,6 +1,6 @@
 //! Two bodies, one step. Start `collided serve`, then run this with the path of a mesh.
 
-use collided_client::{Client, Effect, Error, IDENTITY};
+use collided_client::{Client, Effect, Error, IDENTITY, translation};
 
 fn main() -> Result<(), Error> {
     let mesh = std::env::args().nth(1).unwrap_or_else(|| "daemon/meshes/spot.obj".to_owned());
@@ -9,7 +9,7 @@ fn main() -> Result<(), Error> {
     let mut scene = client.scene("first").effects([Effect::PolygonPairs]).create()?;
     scene.add_body("left", &cow)?;
     scene.add_body("right", &cow)?;
-    let moved = [[1.0, 0.0, 0.0, 0.5], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    let moved = translation([0.5, 0.0, 0.0]);
     for pair in scene.step(&[IDENTITY, moved])?.pairs() {
         let polygons = pair.polygon_pairs().len();
         println!("{} and {}: {}, {polygons} polygon pairs", pair.a(), pair.b(), pair.verdict().name());

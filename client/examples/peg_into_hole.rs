@@ -1,26 +1,14 @@
 //! A square peg and a plate with a square hole: the distance on the way down, and the contacts where it touches.
 //! Start `collided serve`, then `cargo run -p collided-client --example peg_into_hole`.
 
-use std::process::ExitCode;
-
-use collided_client::{Client, Effect, Error, Mesh, Pair, Rows};
+use collided_client::{Client, Effect, Error, Mesh, Pair, translation};
 
 /// Half the side of the hole.
 const HOLE: f64 = 0.5;
 /// Between the sides of the peg and those of the hole, when the peg is in the middle.
 const CLEARANCE: f64 = 0.03125;
 
-fn main() -> ExitCode {
-    match insert() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn insert() -> Result<(), Error> {
+fn main() -> Result<(), Error> {
     let client = Client::connect()?;
     let parts = client.database("peg into hole");
     let (vertices, corners) = plate();
@@ -34,7 +22,7 @@ fn insert() -> Result<(), Error> {
     let mut scene = client.scene("peg into hole").effects([Effect::Distance, Effect::Contacts]).create()?;
     let plate = scene.add_body("plate", &plate)?;
     let peg = scene.add_body("peg", &peg)?;
-    scene.step_sparse(&[(plate, at(0.0, 0.0))])?;
+    scene.step_sparse(&[(plate, translation([0.0, 0.0, 0.0]))])?;
     // The peg's lower end is at `height`; the plate reaches from 0 to 1.
     for (what, aside, height) in [
         ("high above", 0.0, 3.0),
@@ -43,7 +31,7 @@ fn insert() -> Result<(), Error> {
         ("pushed against the wall", CLEARANCE, 0.5),
         ("put down on the rim", 2.0 * CLEARANCE, 1.0),
     ] {
-        let report = scene.step_sparse(&[(peg, at(aside, height))])?;
+        let report = scene.step_sparse(&[(peg, translation([aside, 0.0, height]))])?;
         report.pairs().for_each(|pair| tell(what, &pair));
     }
     Ok(())
@@ -55,10 +43,6 @@ fn tell(what: &str, pair: &Pair<'_>) {
     for region in pair.contacts() {
         println!("  contact at {:?}, area {}, normal {:?}", region.centre(), region.area(), region.normal());
     }
-}
-
-fn at(x: f64, z: f64) -> Rows {
-    [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, z]]
 }
 
 /// Vertices, and the corners of six quadrilaterals seen counterclockwise from outside.

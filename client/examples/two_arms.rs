@@ -3,10 +3,11 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
-use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use collided_client::{BodyId, BodySpec, Client, Effect, Error, Mesh, Rows, Scene, Verdict};
+use collided_client::{
+    BodyId, BodySpec, Client, Effect, Error, Mesh, Rows, Scene, Verdict, rotation, then, translation,
+};
 
 const LINKS: usize = 3;
 const NAMES: [&str; 2 * LINKS] = ["left 0", "left 1", "left 2", "right 0", "right 1", "right 2"];
@@ -17,17 +18,7 @@ const SWING: f64 = 0.5;
 const STEPS: u32 = 1000;
 const PERIOD: Duration = Duration::from_millis(1);
 
-fn main() -> ExitCode {
-    match sweep() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
-}
-
-fn sweep() -> Result<(), Error> {
+fn main() -> Result<(), Error> {
     let client = Client::connect()?;
     let mut scene = cell(&client)?;
     let mut interfering: BTreeMap<(BodyId, BodyId), (u32, u32)> = BTreeMap::new();
@@ -75,9 +66,8 @@ fn poses(time: f64) -> [Rows; 2 * LINKS] {
 fn arm(shoulder: f64, angle: f64) -> [Rows; LINKS] {
     let mut joint = [shoulder, 0.0];
     std::array::from_fn(|_| {
-        let (sin, cos) = angle.sin_cos();
-        let link = [[cos, -sin, 0.0, joint[0]], [sin, cos, 0.0, joint[1]], [0.0, 0.0, 1.0, 0.0]];
-        joint = [joint[0] + cos, joint[1] + sin];
+        let link = then(&rotation([0.0, 0.0, 1.0], angle), &translation([joint[0], joint[1], 0.0]));
+        joint = [joint[0] + link[0][0], joint[1] + link[1][0]];
         link
     })
 }

@@ -1,5 +1,6 @@
 //! What can go wrong on the client's side of the wire.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -7,7 +8,9 @@ use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::{ErrorCode, WireError};
 
 /// Every error of this crate.
-#[derive(Debug, thiserror::Error)]
+///
+/// Its `Debug` is its `Display`, as in `anyhow`: a `main` that returns it prints the reason and the remedy, and exits with 1.
+#[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// No daemon of that instance answered in time.
@@ -91,6 +94,12 @@ pub enum Error {
     /// The shared memory or the socket failed.
     #[error("{0}")]
     Transport(#[from] TransportError),
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
 }
 
 impl Error {

@@ -6,7 +6,7 @@
 //! when it is dropped.
 //!
 //! ```no_run
-//! use collided_client::{Client, Effect};
+//! use collided_client::{Client, Effect, IDENTITY, translation};
 //!
 //! # fn main() -> Result<(), collided_client::Error> {
 //! let client = Client::connect()?;
@@ -14,8 +14,7 @@
 //! let mut scene = client.scene("cell").effects([Effect::PolygonPairs]).create()?;
 //! scene.add_body("a", &bunny)?;
 //! scene.add_body("b", &bunny)?;
-//! let here = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
-//! let report = scene.step(&[here, here])?;
+//! let report = scene.step(&[IDENTITY, translation([0.5, 0.0, 0.0])])?;
 //! for pair in report.pairs() {
 //!     println!("{} and {}: {}", pair.a(), pair.b(), pair.verdict().name());
 //! }
@@ -31,6 +30,7 @@ mod effect_results;
 mod error;
 mod scene;
 mod step;
+mod transform;
 mod upload;
 
 // Public so that tests can have any words read as a report, without a daemon; the API of it stands below.
@@ -61,6 +61,4 @@ pub use error::{Error, TransportError};
 pub use report::{Pair, PolygonPair, Report};
 pub use scene::{BodyId, BodySpec, Interest, Scene, SceneBuilder};
 pub use step::{Pending, RigidMotion, StepInput, Velocity};
-
-/// The identity transform.
-pub const IDENTITY: Rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+pub use transform::{IDENTITY, rotation, then, translation};

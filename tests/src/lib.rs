@@ -21,3 +21,4 @@ pub mod touching_bodies;
 pub mod transforms;
 pub mod triangle_pairs;
 pub mod triangles_on_planes;
+pub mod two_meshes;

@@ -2,7 +2,7 @@
 //!
 //! Timed as the other libraries are: the better of two calls for each pose. Exit status 1 when a distance differs from the twin.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -10,23 +10,17 @@ use clap::Parser;
 use collided_kernel::effects::distance::{Distance, DistanceSettings, Memory, distance};
 use collided_kernel::{Object, brute_force};
 use collided_protocol::step::Rows;
-use collided_tests::{meshes, npy};
+use collided_tests::npy;
+use collided_tests::two_meshes::TwoMeshes;
 
 /// Run poses of two meshes through the effect distance.
 #[derive(Parser)]
 struct Arguments {
-    /// First mesh
-    #[arg(long)]
-    mesh_a: PathBuf,
-    /// Second mesh
-    #[arg(long)]
-    mesh_b: PathBuf,
+    #[command(flatten)]
+    meshes: TwoMeshes,
     /// Poses: .npy, (n, 2, 3, 4) f64, rows of [R|t] for A then B
     #[arg(long)]
     poses: PathBuf,
-    /// Order of the voxel matrices; chosen from the polygons unless given
-    #[arg(long)]
-    order: Option<u32>,
     /// The first so many poses whose bodies are apart
     #[arg(long, default_value_t = 100)]
     count: usize,
@@ -72,9 +66,7 @@ struct Timed {
 /// How many poses differ from the twin.
 fn run(arguments: &Arguments) -> Result<usize, Box<dyn std::error::Error>> {
     let poses = npy::read_pose_pairs(&arguments.poses)?;
-    let load = |path: &Path| meshes::build(meshes::read(path), arguments.order);
-    let (a, b) = (load(&arguments.mesh_a), load(&arguments.mesh_b));
-    println!("orders {} and {}, {} and {} triangles", a.order(), b.order(), a.triangle_count(), b.triangle_count());
+    let [a, b] = arguments.meshes.build();
     let mut memory = Memory::default();
     let mut all = Vec::new();
     for _ in 0..arguments.repeat.max(1) {

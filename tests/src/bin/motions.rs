@@ -3,7 +3,7 @@
 //! Exit status 1 when a bracket is wrong: a static contact before it, none soon after it, or one in a motion proven
 //! free.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,17 +13,14 @@ use collided_kernel::effects::time_of_contact::{Memory, TimeOfContact, TimeSetti
 use collided_kernel::motion::Motion;
 use collided_kernel::{Effects, Object};
 use collided_tests::kernel_pair::KernelPair;
-use collided_tests::{ccd, meshes, npy};
+use collided_tests::two_meshes::TwoMeshes;
+use collided_tests::{ccd, npy};
 
 /// Run motions of two meshes through the kernel, and check the times of contact by a scan of exact static tests.
 #[derive(Parser)]
 struct Arguments {
-    /// First mesh
-    #[arg(long)]
-    mesh_a: PathBuf,
-    /// Second mesh
-    #[arg(long)]
-    mesh_b: PathBuf,
+    #[command(flatten)]
+    meshes: TwoMeshes,
     /// Motions: .npy, (n, 2, 2, 3, 4) f64, rows of [R|t] for A at the start and the end, then B
     #[arg(long)]
     motions: PathBuf,
@@ -33,9 +30,6 @@ struct Arguments {
     /// Width of the brackets, as a share of the motion
     #[arg(long, default_value_t = 1e-6)]
     tolerance: f64,
-    /// Order of the voxel matrices; chosen from the polygons unless given
-    #[arg(long)]
-    order: Option<u32>,
     /// Static tests per motion, evenly spread over the time that is proven free
     #[arg(long, default_value_t = 0)]
     scan: u32,
@@ -62,8 +56,7 @@ fn main() -> ExitCode {
 
 /// How many brackets are wrong.
 fn run(arguments: &Arguments) -> Result<usize, AnyError> {
-    let load = |path: &Path| meshes::build(meshes::read(path), arguments.order);
-    let objects = [load(&arguments.mesh_a), load(&arguments.mesh_b)];
+    let objects = arguments.meshes.build();
     let motions = npy::read_motion_pairs(&arguments.motions)?;
     let motion = |[from, to]: [_; 2]| {
         if arguments.rigid { ccd::turning(from, to) } else { Motion::Linear { from, to } }

@@ -11,23 +11,17 @@ use clap::Parser;
 use collided_kernel::{Effects, Object, brute_force};
 use collided_protocol::step::Rows;
 use collided_tests::kernel_pair::{self, KernelPair, Outcome};
-use collided_tests::{meshes, npy};
+use collided_tests::npy;
+use collided_tests::two_meshes::TwoMeshes;
 
 /// Run poses of two meshes through the kernel, and compare polygon pairs with the brute-force twin.
 #[derive(Parser)]
 struct Arguments {
-    /// First mesh
-    #[arg(long)]
-    mesh_a: PathBuf,
-    /// Second mesh
-    #[arg(long)]
-    mesh_b: PathBuf,
+    #[command(flatten)]
+    meshes: TwoMeshes,
     /// Poses: .npy, (n, 2, 3, 4) f64, rows of [R|t] for A then B
     #[arg(long)]
     poses: PathBuf,
-    /// Order of the voxel matrices; chosen from the polygons unless given
-    #[arg(long)]
-    order: Option<u32>,
     /// Compare this many poses, evenly spread, with the brute-force twin
     #[arg(long, default_value_t = 0)]
     twin: usize,
@@ -61,9 +55,7 @@ fn with_threads(arguments: &Arguments) -> Result<usize, AnyError> {
 /// How many poses differ.
 fn run(arguments: &Arguments) -> Result<usize, AnyError> {
     let poses = npy::read_pose_pairs(&arguments.poses)?;
-    let load = |path: &Path| meshes::build(meshes::read(path), arguments.order);
-    let (a, b) = (load(&arguments.mesh_a), load(&arguments.mesh_b));
-    println!("orders {} and {}, {} and {} triangles", a.order(), b.order(), a.triangle_count(), b.triangle_count());
+    let [a, b] = arguments.meshes.build();
     let verdicts = run_all("interference", Effects::INTERFERENCE, &a, &b, &poses)?;
     let outcomes = run_all("polygon_pairs", Effects::POLYGON_PAIRS, &a, &b, &poses)?;
     let differ = verdicts.iter().zip(&outcomes).filter(|(v, o)| v.interfering != o.interfering).count();
