@@ -192,17 +192,21 @@ impl SceneThread {
         }
     }
 
-    /// Answers steps until none has come for a while.
+    /// Answers steps until none has come for a while. It looks once more before it ends, however much time has gone by: the wake-up
+    /// for a step that came meanwhile may be used up.
     fn answer_all(&mut self) -> Result<(), TransportError> {
         let mut last = Instant::now();
-        while last.elapsed() < SPIN && !self.scene.has_ended() {
-            if let Some(active) = self.ports.requests.receive().map_err(failed("receive a step"))? {
-                self.answer(&active);
-                drop(active);
-                self.ports.reply.notify().map_err(failed("wake a client"))?;
-                last = Instant::now();
+        while !self.scene.has_ended() {
+            match self.ports.requests.receive().map_err(failed("receive a step"))? {
+                Some(active) => {
+                    self.answer(&active);
+                    drop(active);
+                    self.ports.reply.notify().map_err(failed("wake a client"))?;
+                    last = Instant::now();
+                }
+                None if last.elapsed() >= SPIN => break,
+                None => std::hint::spin_loop(),
             }
-            std::hint::spin_loop();
         }
         Ok(())
     }
