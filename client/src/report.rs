@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use collided_protocol::WireError;
-use collided_protocol::effect_records::{BoundRecord, DistanceRecord, ImpulseRecord, PenetrationRecord};
+use collided_protocol::effect_records::{BoundRecord, DistanceRecord, ImpulseRecord, PenetrationRecord, TimeRecord};
 use collided_protocol::report::{
-    Containment, FLAG_INCOMPLETE, Level, PAIR_UNFINISHED, PairRecord, PolygonPairRecord, Relation, ReportHeader,
-    SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK, StageCounts, StageTimes, Verdict,
+    Containment, FLAG_INCOMPLETE, FLAG_RESPONSE_CAPPED, Level, PAIR_UNFINISHED, PairRecord, PolygonPairRecord,
+    Relation, ReportHeader, SECTION_PAIRS, SECTION_POLYGON_PAIRS, STATUS_OK, StageCounts, StageTimes, Verdict,
 };
-use collided_protocol::step::{VelocityRecord, Word};
+use collided_protocol::step::{Rows, VelocityRecord, Word};
 
 use crate::effect_results::{ContactRegion, EffectRecords, TimeOfContact};
 use crate::error::Error;
@@ -134,6 +134,18 @@ impl Report {
         self.header().response_fault.checked_sub(1).map(BodyId)
     }
 
+    /// Whether a cap on impacts or iterations ended the response of this step early: momentum is conserved all the same, but bodies
+    /// may still approach, or slide where they should stick.
+    pub fn response_was_capped(&self) -> bool {
+        self.header().flags & FLAG_RESPONSE_CAPPED != 0
+    }
+
+    /// A body that this step was the first to place, though a pair of it asks for the effect `time_of_contact`: without an earlier
+    /// step it has no motion, and counts as still. The lowest id of several. All else that was asked for is answered.
+    pub fn time_fault(&self) -> Option<BodyId> {
+        self.header().time_fault.checked_sub(1).map(BodyId)
+    }
+
     /// How many steps the scene had answered before this one.
     pub fn step(&self) -> u64 {
         self.header().step
@@ -215,7 +227,17 @@ impl<'a> Pair<'a> {
     /// When the bodies first meet within the step. `None`: not at all, proven, or the pair does not ask for the effect
     /// `time_of_contact`.
     pub fn time_of_contact(&self) -> Option<TimeOfContact> {
-        of_pair(self.effects.times, self.place, |record| record.pair).first().map(TimeOfContact::from)
+        self.time_record().map(TimeOfContact::from)
+    }
+
+    /// Where the two bodies are at [`TimeOfContact::free_until`], so that a step may go on from there. `None` as for
+    /// [`time_of_contact`](Self::time_of_contact).
+    pub fn at_contact(&self) -> Option<[&'a Rows; 2]> {
+        self.time_record().map(|record| [&record.rows_a, &record.rows_b])
+    }
+
+    fn time_record(&self) -> Option<&'a TimeRecord> {
+        of_pair(self.effects.times, self.place, |record| record.pair).first()
     }
 
     /// Where the bodies meet; given with the effect `contacts`.

@@ -8,8 +8,8 @@ use collided_client::transport::{self, StepActive};
 use collided_kernel as kernel;
 use collided_protocol::limits::MAX_REPORT_WORDS;
 use collided_protocol::report::{
-    Containment, FLAG_INCOMPLETE, Level, PAIR_UNFINISHED, PairRecord, Relation, ReportHeader, STATUS_OK, Section,
-    StageCounts, StageTimes, Verdict,
+    Containment, FLAG_INCOMPLETE, FLAG_RESPONSE_CAPPED, Level, PAIR_UNFINISHED, PairRecord, Relation, ReportHeader,
+    STATUS_OK, Section, StageCounts, StageTimes, Verdict,
 };
 use collided_protocol::step::Word;
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
@@ -40,8 +40,11 @@ pub fn send_report(
     check_size(words)?;
     header.counts = stage_counts(report.counts());
     header.times = stage_times(report.times());
-    header.flags = if report.is_complete() { 0 } else { FLAG_INCOMPLETE };
-    header.response_fault = report.response_fault().map_or(0, |body| body.0 + 1);
+    header.response_fault = fault(report.response_fault());
+    header.time_fault = fault(report.time_fault());
+    let flag = |is_set: bool, flag: u32| if is_set { flag } else { 0 };
+    header.flags =
+        flag(report.response_was_capped(), FLAG_RESPONSE_CAPPED) | flag(!report.is_complete(), FLAG_INCOMPLETE);
     let pairs = pair_records(report).flat_map(effect_words::of::<_, PAIR_WORDS>).chain(polygon_pair_words(report));
     let mut content = pairs.chain(effect_words::words(report));
     let response = active.loan_slice_uninit(words).map_err(|error| out_of_memory(words, &error.to_string()))?;
@@ -49,6 +52,11 @@ pub fn send_report(
     finish(&mut header.times);
     *response.user_header_mut() = header;
     response.send().map_err(send_failed)
+}
+
+/// A body of a header, 0 for none.
+fn fault(body: Option<kernel::BodyId>) -> u32 {
+    body.map_or(0, |body| body.0 + 1)
 }
 
 /// Writes into the header where the sections stand, one after the other; says how many words they take. `sections` holds, in the

@@ -1,11 +1,14 @@
 //! Accuracy and mass, as a client gives them, in the kernel's terms.
 
+use std::iter;
 use std::time::Duration;
 
 use collided_kernel as kernel;
 use collided_kernel::affine::IDENTITY;
 use collided_kernel::effects::distance::DistanceSettings;
-use collided_kernel::effects::response::{MassProperties, Response, ResponseBody, ResponseError, Velocity};
+use collided_kernel::effects::response::{
+    MassProperties, Response, ResponseBody, ResponseError, ResponsePair, Velocity,
+};
 use collided_kernel::effects::time_of_contact::TimeSettings;
 use collided_protocol::control::{Accuracy, Dynamics, Mass};
 use collided_protocol::report::Level;
@@ -101,6 +104,6 @@ pub fn dynamics(object: &kernel::Object, given: &Dynamics) -> Result<kernel::Dyn
     let Dynamics { restitution, friction, .. } = *given;
     let body = ResponseBody { mass, restitution, friction, rows: IDENTITY, velocity: Velocity::default() };
     // The solver checks its bodies before it looks at pairs.
-    Response::default().solve(&[body], &[])?;
+    Response::default().solve(&[body], iter::empty::<ResponsePair<'_>>())?;
     Ok(kernel::Dynamics { mass, restitution, friction })
 }

@@ -5,6 +5,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::step::Rows;
+
 /// Section of [`DistanceRecord`]s, one for each pair that asks and is not farther than the limit.
 pub const SECTION_DISTANCES: usize = 2;
 /// Section of [`TimeRecord`]s, one for each pair that asks and is not proven free over the whole step.
@@ -86,6 +88,10 @@ pub struct TimeRecord {
     pub hi: f64,
     /// An upper bound of the distance left at `lo` when the contact is only possible, else 0.
     pub distance: f64,
+    /// Where body `a` is at `lo`.
+    pub rows_a: Rows,
+    /// Where body `b` is at `lo`.
+    pub rows_b: Rows,
 }
 
 /// A connected part of what two bodies have in common.
@@ -171,7 +177,7 @@ pub struct ImpulseRecord {
 }
 
 const _: () = assert!(size_of::<DistanceRecord>() == 80);
-const _: () = assert!(size_of::<TimeRecord>() == 32);
+const _: () = assert!(size_of::<TimeRecord>() == 224);
 const _: () = assert!(size_of::<ContactRegionRecord>() == 96);
 const _: () = assert!(size_of::<ContactPointRecord>() == 48);
 const _: () = assert!(size_of::<ContactSegmentRecord>() == 72);

@@ -117,6 +117,48 @@ fn each_step_is_a_line_with_keys_in_order() {
 }
 
 #[test]
+fn a_motion_in_the_first_step_is_not_looked_at_and_both_formats_say_so() {
+    let folder = Folder::new();
+    let mut scene = two_squares(json!([
+        { "poses": { "a": IDENTITY }, "motion": { "b": { "translate": [0, 0, 0.5] } } },
+        { "b": moved(0.0, -0.5) },
+    ]));
+    scene["effects"] = json!(["time_of_contact"]);
+    let lines = folder.check_scene(&scene).lines();
+    assert_eq!((&lines[0]["time_fault"], &lines[1]["time_fault"]), (&json!("a"), &Value::Null));
+    let met = &lines[1]["pairs"][0];
+    let lo = met["time_of_contact"][0].as_f64().expect("they meet on the way");
+    assert!(lo > 0.49 && met["at_contact"] == json!({ "a": IDENTITY, "b": moved(0.0, 0.5 - lo) }), "{met}");
+    let table = folder.check(&["scene.json"]).stdout;
+    assert!(table.contains("a counts as still"), "{table}");
+    // Without a motion, the first step is no fault: it places the bodies.
+    scene["steps"][0] = json!({ "a": IDENTITY, "b": moved(0.0, 0.5) });
+    assert_eq!(folder.check_scene(&scene).lines()[0]["time_fault"], Value::Null);
+}
+
+#[test]
+fn what_keeps_a_response_from_being_exact_is_told() {
+    let folder = Folder::new();
+    let cube = json!({ "vertices": [[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1],[0,1,1]],
+        "polygons": [[3,2,1,0],[4,5,6,7],[0,1,5,4],[1,2,6,5],[2,3,7,6],[3,0,4,7]] });
+    let body = |i: usize| {
+        let restitution = if i == 20 { 1.0 } else { 0.01 };
+        json!({ "name": format!("b{i}"), "object": "cube", "velocity": { "linear": [0, 0, -1] },
+            "dynamics": { "density": 1, "restitution": restitution } })
+    };
+    let mut bodies: Vec<Value> = (0..21).map(body).collect();
+    bodies[0] = json!({ "name": "b0", "object": "cube" });
+    let poses = (0..21).map(|i| (format!("b{i}"), moved(0.0, f64::from(i)))).collect();
+    let scene = json!({ "objects": { "cube": cube }, "bodies": bodies, "effects": ["response"],
+        "steps": [Value::Object(poses), { "b1": [[1, 0, 0, 0], [0, 0, 0, 0.5], [0, 0, 0, 1]] }] });
+    let lines = folder.check_scene(&scene).lines();
+    assert_eq!((&lines[0]["response_capped"], &lines[0]["response_fault"]), (&json!(true), &Value::Null));
+    assert_eq!((&lines[1]["response_capped"], &lines[1]["response_fault"]), (&Value::Null, &json!("b1")));
+    let table = folder.check(&["scene.json"]).stdout;
+    assert!(table.contains("ended by a cap") && table.contains("the inertia of b1"), "{table}");
+}
+
+#[test]
 fn what_was_not_asked_for_is_absent() {
     let folder = Folder::new();
     let mut scene = two_squares(json!([{}]));

@@ -13,7 +13,7 @@ fn cube(client: &Client) -> Object {
     let cube = unit_cube();
     let corners: Vec<u32> = cube.triangles.as_flattened().to_vec();
     let mesh = Mesh { vertices: &cube.vertices, corner_counts: &[3; 12], corners: &corners };
-    client.database("parts").upload("cube", &mesh).expect("a cube is valid")
+    client.database("parts").loading("cube").replace(true).mesh(&mesh).expect("a cube is valid")
 }
 
 fn scene(daemon: &DaemonProcess, effects: &[Effect], bodies: usize) -> Scene {
@@ -153,6 +153,80 @@ fn what_hits_a_static_body_rebounds_by_the_larger_restitution_of_the_two() {
         let [velocity] = report.velocities() else { panic!("only the cube moves: {:?}", report.velocities()) };
         assert!(velocity.body == 1 && (velocity.linear[2] - after).abs() < 1e-9, "{:?}", velocity.linear);
     }
+}
+
+#[test]
+fn a_response_that_a_cap_has_ended_says_so() {
+    let daemon = DaemonProcess::start();
+    let mut scene = scene(&daemon, &[Effect::Response], 21);
+    let dynamics = |restitution: f64| Dynamics { mass: Mass::Density { density: 1.0 }, restitution, friction: 0.0 };
+    let falls = Velocity { linear: [0.0, 0.0, -1.0], ..Velocity::default() };
+    let velocities: Vec<_> = (1..21).map(|body| (BodyId(body), falls)).collect();
+    let transforms: Vec<_> = (0..21).map(|body| (BodyId(body), at(0.0, 0.0, f64::from(body)))).collect();
+    // Of two bodies the larger restitution counts: one that bounces among many that hardly do.
+    for (highest, is_capped) in [(0.01, false), (1.0, true)] {
+        let restitution = |body: u32| if body == 20 { highest } else { 0.01 };
+        let given: Vec<_> = (1..21).map(|body| (BodyId(body), Some(dynamics(restitution(body))))).collect();
+        scene.set_dynamics(&given).expect("cubes are closed");
+        let step = StepInput { transforms: &transforms, velocities: &velocities, ..StepInput::default() };
+        let report = scene.step_with(&step).expect("the step is good");
+        assert_eq!(report.response_was_capped(), is_capped, "{highest}");
+    }
+}
+
+#[test]
+fn a_body_without_an_earlier_step_is_named_and_all_else_is_answered() {
+    let daemon = DaemonProcess::start();
+    let client = daemon.client();
+    let mut scene = scene(&daemon, &[Effect::TimeOfContact, Effect::Distance], 2);
+    let report = scene.step(&[at(0.0, 0.0, 0.0), at(3.0, 0.0, 0.0)]).expect("the step is good");
+    assert_eq!(report.time_fault(), Some(BodyId(0)));
+    let pair = report.pairs().next().expect("a distance");
+    assert_eq!((pair.distance().map(|found| found.value), pair.time_of_contact()), (Some(2.0), None));
+    drop(report);
+    scene.add_body("late", &cube(&client)).expect("a body can be added");
+    let turn = RigidMotion { translate: [0.0, 9.0, 0.0], ..RigidMotion::default() };
+    let step = StepInput {
+        transforms: &[(BodyId(1), at(-3.0, 0.0, 0.0))],
+        rigid: &[(BodyId(2), turn)],
+        ..StepInput::default()
+    };
+    let report = scene.step_with(&step).expect("the step is good");
+    assert_eq!(report.time_fault(), Some(BodyId(2)), "the others have moved");
+    let (pair, time) = report.first_contact().expect("0 and 1 meet");
+    assert!((pair.a(), pair.b()) == (BodyId(0), BodyId(1)) && time.free_until() > 0.3, "{time:?}");
+    drop(report);
+    let report = scene.step_sparse(&[]).expect("the step is good");
+    assert_eq!(report.time_fault(), None, "each has an earlier step now");
+}
+
+#[test]
+fn only_bodies_of_pairs_that_ask_are_named_near_or_not() {
+    let daemon = DaemonProcess::start();
+    let mut scene = scene(&daemon, &[Effect::Interference], 4);
+    let asks = collided_client::Interest::Effects(Effect::TimeOfContact.into());
+    let far_apart = [0.0, 10.0, 20.0, 30.0].map(|x| at(x, 0.0, 0.0));
+    scene.set_interest(&[(BodyId(3), BodyId(2), asks)]).expect("a rule");
+    assert_eq!(scene.step(&far_apart).expect("the step is good").time_fault(), Some(BodyId(2)));
+    assert_eq!(scene.step(&far_apart).expect("the step is good").time_fault(), None);
+}
+
+#[test]
+fn the_transforms_at_the_first_contact_are_those_of_the_motion() {
+    let daemon = DaemonProcess::start();
+    let mut scene = scene(&daemon, &[Effect::TimeOfContact, Effect::Distance], 2);
+    scene.step(&[at(0.0, 0.0, 0.0), at(5.0, 0.0, 0.0)]).expect("the step is good");
+    let report = scene.step_sparse(&[(BodyId(1), at(-11.0, 0.25, 0.0))]).expect("the step is good");
+    let pair = report.pairs().next().expect("they meet on the way");
+    let lo = pair.time_of_contact().expect("they meet on the way").free_until();
+    let [a, b] = pair.at_contact().expect("they meet on the way").map(|rows| *rows);
+    assert_eq!((a, b), (at(0.0, 0.0, 0.0), at(5.0 + lo * -16.0, lo * 0.25, 0.0)));
+    drop(report);
+    // A step goes on from there: it is clear, and nearly in contact.
+    let report = scene.step(&[a, b]).expect("the step is good");
+    let pair = report.pairs().next().expect("a distance");
+    let distance = pair.distance().expect("the cubes are near").value;
+    assert!(pair.verdict() == Verdict::Clear && distance <= 16.0 * 1e-6, "{distance}");
 }
 
 #[test]

@@ -64,6 +64,13 @@ impl InterestRow {
         Some(&self.accuracies[at].1)
     }
 
+    /// The bodies of larger id for which a rule asks for an effect.
+    pub fn rules_with(&self, effect: Effects) -> impl Iterator<Item = BodyId> {
+        let asking =
+            move |interest: &Interest| matches!(interest, Interest::Effects(effects) if effects.contains(effect));
+        self.rules.iter().filter(move |(_, interest)| asking(interest)).map(|&(other, _)| other)
+    }
+
     /// What to compute for the pair of this body and `other`, whose row is `row`.
     #[inline]
     pub fn effects(&self, other: BodyId, row: &InterestRow, scene: Effects) -> Effects {

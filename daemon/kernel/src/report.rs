@@ -7,7 +7,7 @@ use crate::effects::containment::Containment;
 use crate::effects::distance::Distance;
 use crate::effects::penetration::Penetration;
 use crate::effects::response::{Impulse, Velocity};
-use crate::effects::time_of_contact::TimeOfContact;
+use crate::effects::time_of_contact::FirstContact;
 use crate::scene::BodyId;
 use crate::step::{Results, StepResponse};
 
@@ -214,7 +214,7 @@ impl<'s> Report<'s> {
     }
 
     /// Times of first contact, of pairs that are not proven free over the whole step.
-    pub fn times_of_contact(&self) -> &'s [(u32, TimeOfContact)] {
+    pub fn times_of_contact(&self) -> &'s [(u32, FirstContact)] {
         &self.results.times
     }
 
@@ -246,6 +246,17 @@ impl<'s> Report<'s> {
     /// A body whose inertia, where it stands, is not positive definite: there is no response then.
     pub fn response_fault(&self) -> Option<BodyId> {
         self.response.fault
+    }
+
+    /// Whether a cap on impacts or iterations ended the response before it was as exact as it should be.
+    pub fn response_was_capped(&self) -> bool {
+        self.response.capped
+    }
+
+    /// The first body that this step is the first to place, of the bodies of pairs that ask for
+    /// [`Effects::TIME_OF_CONTACT`](crate::Effects::TIME_OF_CONTACT): without an earlier step it has no motion, and counts as still.
+    pub fn time_fault(&self) -> Option<BodyId> {
+        self.results.time_fault
     }
 
     /// How many things each stage looked at.

@@ -2,6 +2,7 @@
 
 mod coherence;
 mod conclusion;
+mod first_step;
 mod limit;
 mod reach;
 mod response;
@@ -28,6 +29,7 @@ use crate::transforms::{RigidMotion, motion};
 use crate::workforce::Workforce;
 use coherence::{Clearance, Memory};
 use conclusion::AT_CONTACTS;
+use first_step::time_fault;
 pub(crate) use limit::Limit;
 use reach::{FAR, Reach};
 pub(crate) use response::StepResponse;
@@ -283,8 +285,6 @@ impl Step {
 
     /// What the workers found in stage 8, in the order of the report.
     fn gather(&mut self, clock: &dyn Clock) {
-        self.found.clear();
-        self.touching.clear();
         self.last.recall(&self.kept, &mut self.found, &mut self.touching);
         for worker in &mut self.workers {
             let worker = get_mut(worker);
@@ -330,6 +330,7 @@ impl Step {
     /// Stage 10: the report, put together from what all threads have found.
     fn collect(&mut self, world: World<'_>) {
         self.results.clear();
+        self.results.time_fault = time_fault(&world);
         for worker in &mut self.workers {
             let worker = get_mut(worker);
             self.results.take(worker);
@@ -376,7 +377,6 @@ fn get_mut(worker: &mut Mutex<Worker>) -> &mut Worker {
 
 /// Stage 4: the pairs that matter, ordered. `farther` holds all of `overlapping`, or nothing.
 fn keep(overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>, kept: &mut Vec<Kept>) {
-    kept.clear();
     let pair = |a: u32, b: u32, overlapping: bool| {
         let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
         let effects = first.interest.effects(second.id, &second.interest, world.effects);

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use collided_client::{
-    BodyId, BoundRecord, ContactRegion, Containment, DistanceRecord, ImpulseRecord, StageCounts, TimeOfContact,
+    BodyId, BoundRecord, ContactRegion, Containment, DistanceRecord, ImpulseRecord, Rows, StageCounts, TimeOfContact,
     VelocityRecord,
 };
 use collided_protocol::Effect;
@@ -38,6 +38,8 @@ impl<W: Write> Output for Json<W> {
             incomplete: !result.report.is_complete(),
             velocities: velocities(result),
             response_fault: result.report.response_fault().map(|body| result.name(body)),
+            response_capped: result.report.response_was_capped(),
+            time_fault: result.time_fault(),
             stages: *result.report.counts(),
         };
         let mut text = serde_json::to_vec(&line)?;
@@ -63,6 +65,10 @@ struct StepLine<'a> {
     velocities: Option<BTreeMap<&'a str, VelocityValue>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     response_fault: Option<&'a str>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    response_capped: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_fault: Option<&'a str>,
     #[serde(with = "Stages")]
     stages: StageCounts,
 }
@@ -97,6 +103,9 @@ struct PairLine<'a> {
     /// Of a contact that is not confirmed: how near the bodies come.
     #[serde(skip_serializing_if = "Option::is_none")]
     time_of_contact_possible: Option<DistanceLeft>,
+    /// Where the bodies are at the start of the bracket.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at_contact: Option<PlacesOfPair>,
     #[serde(skip_serializing_if = "Option::is_none")]
     response: Option<Vec<ImpulseValue>>,
 }
@@ -148,6 +157,12 @@ struct DistanceLeft {
 }
 
 #[derive(Serialize)]
+struct PlacesOfPair {
+    a: Rows,
+    b: Rows,
+}
+
+#[derive(Serialize)]
 struct ImpulseValue {
     point: [f64; 3],
     impulse_on_b: [f64; 3],
@@ -187,6 +202,7 @@ impl<'a> From<Pair<'a>> for PairLine<'a> {
                 TimeOfContact::Contact { .. } => None,
                 TimeOfContact::Possible { distance, .. } => Some(DistanceLeft { distance_left: distance }),
             }),
+            at_contact: found.at_contact().map(|[a, b]| PlacesOfPair { a: *a, b: *b }),
             response: asked(Effect::Response).then(|| found.impulses().iter().map(ImpulseValue::from).collect()),
         }
     }

@@ -59,6 +59,12 @@ impl<'a> StepResult<'a> {
             || self.report.pairs().any(|pair| pair.verdict() != Verdict::Clear || pair.time_of_contact().is_some())
     }
 
+    /// A body that counts as still though it was given a motion. That the first step of a file places bodies is no fault as such.
+    pub fn time_fault(&self) -> Option<&'a str> {
+        let moves = !self.file.steps[self.index].motions.is_empty();
+        self.report.time_fault().filter(|_| moves).map(|body| self.name(body))
+    }
+
     /// The name of a body.
     pub fn name(&self, body: BodyId) -> &'a str {
         &self.file.bodies[self.bodies.partition_point(|&other| other < body)].name

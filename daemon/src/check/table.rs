@@ -93,6 +93,22 @@ fn more(pair: &Pair<'_>) -> Vec<String> {
     more
 }
 
+/// What there is to say of the step as a whole.
+fn notes(result: &StepResult<'_>) -> Vec<String> {
+    let mut notes = Vec::new();
+    notes.extend(result.report.response_fault().map(|body| {
+        let name = result.name(body);
+        format!("no response: the inertia of {name} is not positive definite where it stands")
+    }));
+    if result.report.response_was_capped() {
+        notes.push("the response was ended by a cap: bodies may still approach or slide".to_owned());
+    }
+    let still =
+        |name| format!("{name} counts as still: this step is the first to place it, so its motion is not looked at");
+    notes.extend(result.time_fault().map(still));
+    notes
+}
+
 impl<W: Write> Output for Table<W> {
     fn begin(&mut self, path: &Path, file: &SceneFile) -> io::Result<()> {
         let names = file.bodies.iter().map(|body| body.name.as_str()).chain(NAME_HEADINGS);
@@ -125,13 +141,13 @@ impl<W: Write> Output for Table<W> {
             )?;
             step.clear();
         } else if result.report.pairs().len() == 0 {
-            return self.row(&step, ["-", "-"], "clear", ["", ""], "");
+            self.row(&step, ["-", "-"], "clear", ["", ""], "")?;
         }
         for pair in result.pairs() {
             self.pair(&step, &pair)?;
             step.clear();
         }
-        Ok(())
+        notes(result).iter().try_for_each(|note| self.row("", ["", ""], "", ["", ""], note))
     }
 
     fn end(&mut self) -> io::Result<()> {

@@ -2,7 +2,7 @@
 
 use bytemuck::{NoUninit, Pod};
 use collided_kernel::Report;
-use collided_kernel::effects::time_of_contact::TimeOfContact;
+use collided_kernel::effects::time_of_contact::{FirstContact, TimeOfContact};
 use collided_protocol::effect_records::{
     BoundRecord, ContactAreaRecord, ContactPointRecord, ContactRegionRecord, ContactSegmentRecord, DistanceRecord,
     ImpulseRecord, PenetrationRecord, TIME_CONTACT, TIME_POSSIBLE, TimeRecord,
@@ -86,11 +86,14 @@ fn distances<'r>(report: &'r Report<'r>) -> impl Iterator<Item = DistanceRecord>
 }
 
 fn times<'r>(report: &'r Report<'r>) -> impl Iterator<Item = TimeRecord> + 'r {
-    report.times_of_contact().iter().map(|&(pair, time)| match time {
-        TimeOfContact::Contact { lo, hi } => TimeRecord { pair, kind: TIME_CONTACT, lo, hi, distance: 0.0 },
-        TimeOfContact::Possible { lo, hi, distance } => TimeRecord { pair, kind: TIME_POSSIBLE, lo, hi, distance },
-        // The kernel lists no pair that is free over the whole step.
-        TimeOfContact::Free => TimeRecord { pair, kind: TIME_POSSIBLE, lo: 1.0, hi: 1.0, distance: 0.0 },
+    report.times_of_contact().iter().map(|&(pair, FirstContact { time, at_lo: [rows_a, rows_b] })| {
+        let (kind, hi, distance) = match time {
+            TimeOfContact::Contact { hi, .. } => (TIME_CONTACT, hi, 0.0),
+            TimeOfContact::Possible { hi, distance, .. } => (TIME_POSSIBLE, hi, distance),
+            // The kernel lists no pair that is free over the whole step.
+            TimeOfContact::Free => (TIME_POSSIBLE, 1.0, 0.0),
+        };
+        TimeRecord { pair, kind, lo: time.free_until(), hi, distance, rows_a, rows_b }
     })
 }
 

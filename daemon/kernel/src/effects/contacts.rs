@@ -40,7 +40,7 @@ use glam::DVec3;
 
 use crate::affine::{Rows, world_vertex};
 use crate::object::Object;
-use crate::predicates::{AnyRange, Arithmetic};
+use crate::predicates::{AnyRange, Arithmetic, Tame, is_tame};
 use crate::report::Relation;
 use meeting::Meeting;
 pub(super) use normal::unit;
@@ -211,6 +211,9 @@ fn world_triangle((object, rows): (&Object, &Rows), number: u32) -> [DVec3; 3] {
 
 /// Whether a transform exchanges inside and outside.
 fn is_mirror(rows: &Rows) -> bool {
-    let column = |axis: usize| DVec3::new(rows[0][axis], rows[1][axis], rows[2][axis]);
-    AnyRange.orient3d(DVec3::ZERO, column(0), column(1), column(2)) < 0
+    let columns = [0, 1, 2].map(|axis| DVec3::new(rows[0][axis], rows[1][axis], rows[2][axis]));
+    let [x, y, z] = columns;
+    let side =
+        if is_tame(&columns) { Tame.orient3d(DVec3::ZERO, x, y, z) } else { AnyRange.orient3d(DVec3::ZERO, x, y, z) };
+    side < 0
 }

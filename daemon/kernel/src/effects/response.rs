@@ -6,16 +6,22 @@
 //!
 //! # The rule
 //! Bodies that touch, static ones left out, hang together in islands; each is solved by itself, in the order of its pairs.
-//! 1. **Impact**, where some pair of the island has a restitution above 0: the pair that approaches fastest is taken alone (the
-//!    first one of equals) and its contact points collide at once; then again the fastest, until none approaches faster than
-//!    [`RESTING`]. So an impulse runs through a row of bodies, as in Newton's cradle (the Gauss–Seidel rule in Smith, Kaufman,
-//!    Vouga, Tamstorf, Grinspun 2012, "Reflections on Simultaneous Impact"). The points of a pair follow Moreau's law: the
-//!    impulses that just stop the approach, times 1 + e, which gives each point that was pushed Newton's −e times its speed
-//!    of approach. Then friction, up to μ times the normal impulse.
-//! 2. **Rest**: what still approaches (all of it, where restitution is 0) is stopped at all points together, with friction, by
-//!    sequential impulses with accumulated clamping (Catto 2005, "Iterative Dynamics with Temporal Coherence"), which is
-//!    projected Gauss–Seidel, hastened by conjugate directions. Tangential impulses stay in the Coulomb cone: at most μ
-//!    times the normal impulse in any direction.
+//! 1. **Rest**: what approaches is stopped at all points together, with friction, by sequential impulses with accumulated
+//!    clamping (Catto 2005, "Iterative Dynamics with Temporal Coherence"), which is projected Gauss–Seidel, hastened by
+//!    conjugate directions. Tangential impulses stay in the Coulomb cone: at most μ times the normal impulse in any direction.
+//! 2. **Impact**, from the velocities before, each restitution divided by E, the largest of the island: the pair that approaches
+//!    fastest is taken alone (the first one of equals) and its contact points collide at once; then again the fastest, until
+//!    none approaches faster than [`RESTING`]; what is left comes to rest. So an impulse runs through a row of bodies, as in
+//!    Newton's cradle (the Gauss–Seidel rule in Smith, Kaufman, Vouga, Tamstorf, Grinspun 2012, "Reflections on Simultaneous
+//!    Impact"). The points of a pair follow Moreau's law: the impulses that just stop the approach, times 1 + e, which gives
+//!    each point that was pushed Newton's −e times its speed of approach. Then friction, up to μ times the normal impulse.
+//! 3. The impulses are 1 − E times those of the first and E times those of the second.
+//!
+//! A pair that meets no other one so rebounds by its own restitution: E·(e/E). In a stack impacts of 0 < e < 1 taken one by one
+//! would go on without end (McNamara, Young 1992, "Inelastic collapse and clumping in a one-dimensional granular medium"), and
+//! those until [`RESTING`] grow, for each pair, with the square of its height; elastic ones with its height. Momentum, the Coulomb cones and "nothing
+//! approaches" are kept by any such mean, because they are convex, and so is the kinetic energy. (Chatterjee, Ruina 1998, "A
+//! New Algebraic Rigid-Body Collision Law Based on Impulse Space Considerations" combine impulses of two limits for one contact.)
 //!
 //! Without friction neither raises the kinetic energy, for e up to 1; friction takes energy away. A pair's restitution is the
 //! larger and its friction the geometric mean of the two bodies' (as in Box2D).
@@ -23,11 +29,14 @@
 //! # How exact it is
 //! Iterations end when no impulse of a round changes the velocity of its contact by more than [`TOLERANCE`] of the island's
 //! fastest contact, or after [`MAX_ROUNDS`] rounds; impacts end after [`MAX_IMPACTS`] per pair of the island, and what is left
-//! of them comes to rest. [`Response::was_capped`] says when a cap was reached; contacts that jam converge slowest.
+//! of them comes to rest. [`Response::was_capped`] says when a cap was reached: contacts that jam converge slowest, and impacts
+//! of pairs with much less restitution than the island's largest.
 
 mod manifold;
 mod mass;
 mod solver;
+
+use std::borrow::Borrow;
 
 use crate::affine::Rows;
 pub use manifold::add_manifold;
@@ -200,7 +209,11 @@ impl Response {
     /// assert_eq!(response.velocities()[0].linear, [-2.0, 0.0, 0.0]);
     /// # Ok::<(), collided_kernel::effects::response::ResponseError>(())
     /// ```
-    pub fn solve(&mut self, bodies: &[ResponseBody], pairs: &[ResponsePair<'_>]) -> Result<(), ResponseError> {
+    pub fn solve<'m>(
+        &mut self,
+        bodies: &[ResponseBody],
+        pairs: impl IntoIterator<Item = impl Borrow<ResponsePair<'m>>>,
+    ) -> Result<(), ResponseError> {
         self.velocities.clear();
         self.impulses.clear();
         self.solver.start(bodies, pairs)?;

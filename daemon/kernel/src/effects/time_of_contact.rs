@@ -20,6 +20,7 @@ mod inclusion;
 mod nearest;
 mod triangle_pair;
 
+use crate::affine::Rows;
 use crate::motion::Motion;
 use crate::object::Object;
 
@@ -67,6 +68,26 @@ pub enum TimeOfContact {
         /// An upper bound of the distance between the surfaces at `lo`, in the scene's length unit.
         distance: f64,
     },
+}
+
+impl TimeOfContact {
+    /// Up to this time the surfaces are proven apart.
+    pub fn free_until(self) -> f64 {
+        match self {
+            TimeOfContact::Free => 1.0,
+            TimeOfContact::Contact { lo, .. } | TimeOfContact::Possible { lo, .. } => lo,
+        }
+    }
+}
+
+/// When two bodies first meet, and where they are then.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FirstContact {
+    /// Not [`TimeOfContact::Free`].
+    pub time: TimeOfContact,
+    /// [`Motion::at`] of both bodies at the start of the bracket. Rounded, so that the static test may see a contact there that the
+    /// exact motion meets a few ulp later.
+    pub at_lo: [Rows; 2],
 }
 
 /// When the surfaces of two moving objects first meet. What is inside the other without touching it is not in contact.

@@ -96,24 +96,31 @@ pub(super) fn recall(pair: &mut Kept, last: &Kept, world: &World<'_>) {
     let moved = pair.memory.moved(&paths);
     pair.apart = moved < pair.memory.gap;
     pair.free = (moved + step).next_up() < pair.memory.gap;
+    let largest = largest_clearance(pair, world);
+    if STEPS_AHEAD * step > largest {
+        pair.memory.witness = None;
+        return;
+    }
     let is_exact = world.accuracy_of(pair).level == Level::Polygons;
     if pair.overlapping && !pair.apart && !last.is_interfering() && is_exact {
-        want(pair, step, world);
+        want(pair, step, largest);
     }
 }
 
-/// Has the test of a pair look for a gap, when one is likely to pay.
-fn want(pair: &mut Kept, step: f64, world: &World<'_>) {
+fn largest_clearance(pair: &Kept, world: &World<'_>) -> f64 {
     let size = |body: u32| (world.boxes[body as usize].max - world.boxes[body as usize].min).max_element();
-    let largest = LARGEST_SHARE * size(pair.a).min(size(pair.b));
-    let first = STEPS_AHEAD * step;
+    LARGEST_SHARE * size(pair.a).min(size(pair.b))
+}
+
+/// Has the test of a pair look for a gap, unless that has failed of late.
+fn want(pair: &mut Kept, step: f64, largest: f64) {
     if pair.memory.waiting > 0 {
         pair.memory.waiting -= 1;
-    } else if first <= largest {
-        let next = pair.memory.next.max(FEW_STEPS * step);
-        let wanted = if pair.memory.next > 0.0 { next.min(largest) } else { first };
-        pair.clearance = Clearance { bits: AtomicU64::new(wanted.to_bits()), wanted, least: FEWEST_STEPS * step };
+        return;
     }
+    let next = pair.memory.next.max(FEW_STEPS * step).min(largest);
+    let wanted = if pair.memory.next > 0.0 { next } else { STEPS_AHEAD * step };
+    pair.clearance = Clearance { bits: AtomicU64::new(wanted.to_bits()), wanted, least: FEWEST_STEPS * step };
 }
 
 /// Notes what the test of a pair has shown.

@@ -8,7 +8,7 @@ use crate::effects::containment::{Containment, Ray, containment};
 use crate::effects::distance::{self, Distance, distance};
 use crate::effects::penetration::{Penetration, Separation, SurfaceTest};
 use crate::effects::response::{ManifoldPoint, add_manifold};
-use crate::effects::time_of_contact::{self, TimeOfContact, time_of_contact};
+use crate::effects::time_of_contact::{self, FirstContact, TimeOfContact, time_of_contact};
 use crate::effects::{Effects, Touching};
 use crate::object::Object;
 use crate::report::{StageCounts, Verdict};
@@ -38,9 +38,10 @@ pub(crate) struct Conclusion {
     normals: Vec<[f64; 3]>,
     pub contained: Vec<(u32, Containment)>,
     pub distances: Vec<(u32, Distance)>,
-    pub times: Vec<(u32, TimeOfContact)>,
+    pub times: Vec<(u32, FirstContact)>,
     pub penetrations: Vec<(u32, Penetration)>,
-    pub manifold: Vec<(u32, ManifoldPoint)>,
+    /// By pair, and number within it.
+    pub manifold: Vec<([u32; 2], ManifoldPoint)>,
     manifold_of_region: Vec<ManifoldPoint>,
     pub regions: PairRegions,
     pub counts: StageCounts,
@@ -107,7 +108,7 @@ impl Conclusion {
             for region in self.contacts.regions() {
                 add_manifold(&self.contacts, region, &mut self.manifold_of_region);
             }
-            self.manifold.extend(self.manifold_of_region.iter().map(|&point| (pair, point)));
+            self.manifold.extend((0..).zip(&self.manifold_of_region).map(|(number, &point)| ([pair, number], point)));
         }
     }
 
@@ -138,7 +139,8 @@ impl Conclusion {
             }
         }
         if found != TimeOfContact::Free {
-            self.times.push((pair, found));
+            let at_lo = [a.1, b.1].map(|motion| motion.at(found.free_until()));
+            self.times.push((pair, FirstContact { time: found, at_lo }));
         }
     }
 }

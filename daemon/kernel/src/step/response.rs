@@ -1,5 +1,7 @@
 //! Stage 9 of all pairs together: impulses and the velocities after, for bodies with mass.
 
+use std::ops::Range;
+
 use super::{Kept, Results};
 use crate::effects::response::{
     Impulse, ManifoldPoint, MassProperties, Response, ResponseBody, ResponseError, ResponsePair, Velocity,
@@ -14,61 +16,72 @@ pub(crate) struct StepResponse {
     members: Vec<u32>,
     bodies: Vec<ResponseBody>,
     points: Vec<ManifoldPoint>,
+    pairs: Vec<TouchingPair>,
     /// Place of the pair in the report, where it acts, and what body `b` gets.
     pub impulses: Vec<(u32, Impulse)>,
     /// Velocities after, of the bodies with mass that an impulse has reached; ascending.
     pub velocities: Vec<(BodyId, Velocity)>,
     /// The body for which there is none: its inertia, where it stands, is not positive definite.
     pub fault: Option<BodyId>,
+    /// Whether a cap ended the solution before it was as exact as it should be.
+    pub capped: bool,
+}
+
+/// A pair with contact points.
+#[derive(Debug)]
+struct TouchingPair {
+    /// In the report.
+    place: u32,
+    /// Indices of the scene's bodies.
+    bodies: [u32; 2],
+    /// Which of the points are its own.
+    points: Range<usize>,
 }
 
 impl StepResponse {
     pub fn solve(&mut self, results: &Results, kept: &[Kept], bodies: &[Body]) {
         self.impulses.clear();
         self.velocities.clear();
-        self.fault = None;
+        (self.fault, self.capped) = (None, false);
         if results.manifold.is_empty() {
             return;
         }
-        let places: Vec<[u32; 2]> = runs(results)
-            .map(|(place, _)| {
-                let kept = results.kept_pair(place, kept);
-                [kept.a, kept.b]
-            })
-            .collect();
-        self.members.clear();
-        self.members.extend(places.iter().flatten());
-        self.members.sort_unstable();
-        self.members.dedup();
-        self.bodies.clear();
-        self.bodies.extend(self.members.iter().map(|&body| response_body(&bodies[body as usize])));
-        self.points.clear();
-        self.points.extend(results.manifold.iter().map(|&(_, point)| point));
+        self.gather(results, kept, bodies);
         let member = |body: u32| self.members.partition_point(|&other| other < body);
-        let mut first = 0;
-        let pairs: Vec<ResponsePair<'_>> = runs(results)
-            .zip(&places)
-            .map(|((_, count), &[a, b])| {
-                let manifold = &self.points[first..first + count];
-                first += count;
-                ResponsePair { a: member(a), b: member(b), manifold }
-            })
-            .collect();
-        if let Err(error) = self.solver.solve(&self.bodies, &pairs) {
+        let pairs = self.pairs.iter().map(|pair| {
+            let [a, b] = pair.bodies.map(member);
+            ResponsePair { a, b, manifold: &self.points[pair.points.clone()] }
+        });
+        if let Err(error) = self.solver.solve(&self.bodies, pairs) {
             self.fault = Some(bodies[self.members[faulty(&error)] as usize].id);
             return;
         }
-        let places: Vec<u32> = runs(results).map(|(place, _)| place).collect();
-        self.impulses.extend(self.solver.impulses().iter().map(|&impulse| (places[impulse.pair], impulse)));
+        self.capped = self.solver.was_capped();
+        self.impulses.extend(self.solver.impulses().iter().map(|&impulse| (self.pairs[impulse.pair].place, impulse)));
         let moved = self.members.iter().zip(self.solver.velocities()).zip(&self.bodies);
         let moved = moved.filter(|((_, after), before)| **after != before.velocity);
         self.velocities.extend(moved.map(|((&member, &after), _)| (bodies[member as usize].id, after)));
     }
-}
 
-/// The pairs with contact points: place in the report, and how many points.
-fn runs(results: &Results) -> impl Iterator<Item = (u32, usize)> {
-    results.manifold.chunk_by(|one, other| one.0 == other.0).map(|points| (points[0].0, points.len()))
+    /// The pairs with contact points, and the bodies of these.
+    fn gather(&mut self, results: &Results, kept: &[Kept], bodies: &[Body]) {
+        self.pairs.clear();
+        let mut first = 0;
+        for points in results.manifold.chunk_by(|([one, _], _), ([other, _], _)| one == other) {
+            let place = points[0].0[0];
+            let kept = results.kept_pair(place, kept);
+            self.pairs.push(TouchingPair { place, bodies: [kept.a, kept.b], points: first..first + points.len() });
+            first += points.len();
+        }
+        self.points.clear();
+        self.points.extend(results.manifold.iter().map(|&(_, point)| point));
+        self.members.clear();
+        self.members.extend(self.pairs.iter().flat_map(|pair| pair.bodies));
+        self.members.sort_unstable();
+        self.members.dedup();
+        self.bodies.clear();
+        self.bodies.extend(self.members.iter().map(|&body| response_body(&bodies[body as usize])));
+    }
 }
 
 fn response_body(body: &Body) -> ResponseBody {

@@ -11,10 +11,11 @@ use crate::effects::containment::Containment;
 use crate::effects::distance::Distance;
 use crate::effects::penetration::Penetration;
 use crate::effects::response::ManifoldPoint;
-use crate::effects::time_of_contact::TimeOfContact;
+use crate::effects::time_of_contact::FirstContact;
 use crate::effects::{Effects, Found};
 use crate::open_bound;
 use crate::report::{Level, OpenBound, PairResult, PolygonPair, StageCounts, Verdict};
+use crate::scene::BodyId;
 
 /// The records of a report. Those of an effect name a pair by its place in `pairs`, and come in the order of the pairs.
 #[derive(Debug, Default)]
@@ -22,7 +23,9 @@ pub(crate) struct Results {
     pub pairs: Vec<PairResult>,
     pub polygon_pairs: Vec<PolygonPair>,
     pub distances: Vec<(u32, Distance)>,
-    pub times: Vec<(u32, TimeOfContact)>,
+    pub times: Vec<(u32, FirstContact)>,
+    /// A body that counts as still because this step is the first to place it.
+    pub time_fault: Option<BodyId>,
     pub penetrations: Vec<(u32, Penetration)>,
     /// Place of the pair, and its regions in `contacts`.
     pub regions: Vec<(u32, Range<usize>)>,
@@ -32,8 +35,8 @@ pub(crate) struct Results {
     /// What is known of pairs where their accuracy ends, and where they were put aside for want of time.
     open: Vec<(u32, OpenBound)>,
     progress: Vec<(u32, OpenBound)>,
-    /// Points for the response.
-    pub manifold: Vec<(u32, ManifoldPoint)>,
+    /// Points for the response: place of the pair, and number within it.
+    pub manifold: Vec<([u32; 2], ManifoldPoint)>,
     contained: Vec<(u32, Containment)>,
     /// Pair, the thread that has its regions (none: the last step), and which of them they are.
     sources: Vec<(u32, Option<usize>, Range<usize>)>,
@@ -84,7 +87,9 @@ impl Results {
             self.distances.extend(records_of(&last.distances, place).map(|found| (pair, found.1)));
             self.times.extend(records_of(&last.times, place).map(|found| (pair, found.1)));
             self.penetrations.extend(records_of(&last.penetrations, place).map(|found| (pair, found.1)));
-            self.manifold.extend(records_of(&last.manifold, place).map(|found| (pair, found.1)));
+            let first = last.manifold.partition_point(|&([of, _], _)| of < place);
+            let points = last.manifold[first..].iter().take_while(|&&([of, _], _)| of == place);
+            self.manifold.extend(points.map(|&([_, number], point)| ([pair, number], point)));
             self.sources.extend(records_of(&last.regions, place).map(|found| (pair, None, found.1.clone())));
         }
     }
@@ -155,13 +160,13 @@ impl Results {
         self.name_places();
     }
 
-    /// What a thread has found of a pair stands together; the pairs come in order.
+    /// No key is there twice, so the order is the same whichever thread has found what.
     fn order(&mut self) {
-        self.contained.sort_by_key(|&(pair, _)| pair);
-        self.distances.sort_by_key(|&(pair, _)| pair);
-        self.times.sort_by_key(|&(pair, _)| pair);
-        self.penetrations.sort_by_key(|&(pair, _)| pair);
-        self.manifold.sort_by_key(|&(pair, _)| pair);
+        self.contained.sort_unstable_by_key(|&(pair, _)| pair);
+        self.distances.sort_unstable_by_key(|&(pair, _)| pair);
+        self.times.sort_unstable_by_key(|&(pair, _)| pair);
+        self.penetrations.sort_unstable_by_key(|&(pair, _)| pair);
+        self.manifold.sort_unstable_by_key(|&(key, _)| key);
         self.open.sort_unstable_by_key(|&(pair, _)| pair);
         self.progress.sort_unstable_by(|one, other| {
             one.0.cmp(&other.0).then(one.1.apart_at_most.total_cmp(&other.1.apart_at_most))
@@ -174,7 +179,7 @@ impl Results {
         self.distances.iter_mut().for_each(|(pair, _)| place(pair));
         self.times.iter_mut().for_each(|(pair, _)| place(pair));
         self.penetrations.iter_mut().for_each(|(pair, _)| place(pair));
-        self.manifold.iter_mut().for_each(|(pair, _)| place(pair));
+        self.manifold.iter_mut().for_each(|([pair, _], _)| place(pair));
         self.regions.iter_mut().for_each(|(pair, _)| place(pair));
         self.bounds.iter_mut().for_each(|(pair, _)| place(pair));
     }

@@ -18,7 +18,8 @@ pub(super) struct LastStep {
 }
 
 impl LastStep {
-    /// Takes over what the last step has found, and leaves the memory of the one before it.
+    /// Takes over what the last step has found, and leaves empty memory of the same size: a step has room for what any earlier one
+    /// has found, whichever of the two memories it gets.
     pub fn take(
         &mut self,
         kept: &mut Vec<Kept>,
@@ -27,9 +28,9 @@ impl LastStep {
         results: &mut Results,
     ) {
         std::mem::swap(&mut self.results, results);
-        std::mem::swap(&mut self.kept, kept);
-        std::mem::swap(&mut self.found, found);
-        std::mem::swap(&mut self.touching, touching);
+        exchange(&mut self.kept, kept);
+        exchange(&mut self.found, found);
+        exchange(&mut self.touching, touching);
     }
 
     /// The step under way is the last one from now on.
@@ -85,4 +86,10 @@ impl LastStep {
             touching.extend(self.touching[triangles].iter().map(|touching| Touching { pair, ..*touching }));
         }
     }
+}
+
+fn exchange<T>(last: &mut Vec<T>, current: &mut Vec<T>) {
+    std::mem::swap(last, current);
+    current.clear();
+    current.reserve_exact(last.capacity());
 }

@@ -1,5 +1,6 @@
 //! Impulses of one set of bodies, island by island. The rule stands in [the module above](super).
 
+use std::borrow::Borrow;
 use std::ops::Range;
 
 use glam::{DMat3, DVec3};
@@ -18,6 +19,8 @@ struct Mover {
     centre: DVec3,
     linear: DVec3,
     angular: DVec3,
+    /// Both, before any impulse.
+    before: [DVec3; 2],
 }
 
 /// One contact point.
@@ -40,6 +43,8 @@ struct Contact {
     direction: [f64; 3],
     /// Impulse on the second body so far.
     total: DVec3,
+    /// The same where nothing bounces.
+    rested: DVec3,
 }
 
 impl Contact {
@@ -86,7 +91,11 @@ pub(super) struct Solver {
 
 impl Solver {
     /// Takes over the bodies and makes contacts of the pairs.
-    pub fn start(&mut self, bodies: &[ResponseBody], pairs: &[ResponsePair<'_>]) -> Result<(), ResponseError> {
+    pub fn start<'m>(
+        &mut self,
+        bodies: &[ResponseBody],
+        pairs: impl IntoIterator<Item = impl Borrow<ResponsePair<'m>>>,
+    ) -> Result<(), ResponseError> {
         self.capped = false;
         self.movers.clear();
         for (number, body) in bodies.iter().enumerate() {
@@ -94,7 +103,8 @@ impl Solver {
         }
         self.contacts.clear();
         self.pairs.clear();
-        for (number, pair) in pairs.iter().enumerate() {
+        for (number, pair) in pairs.into_iter().enumerate() {
+            let pair = pair.borrow();
             let (a, b) = (&bodies[pair.a], &bodies[pair.b]);
             let start = self.contacts.len();
             let friction = (a.friction * b.friction).sqrt();
@@ -134,6 +144,7 @@ impl Solver {
             start: [0.0; 3],
             direction: [0.0; 3],
             total: DVec3::ZERO,
+            rested: DVec3::ZERO,
         };
         mass.iter().all(|mass| mass.is_finite()).then_some(contact)
     }
@@ -159,7 +170,7 @@ impl Solver {
         self.order.sort_unstable_by_key(|&pair| (self.pairs[pair].island, pair));
     }
 
-    /// Impact, then rest, island by island.
+    /// Island by island.
     pub fn solve(&mut self) {
         let mut start = 0;
         while start < self.order.len() {
@@ -177,19 +188,50 @@ impl Solver {
         island.extend(self.order[pairs.clone()].iter().flat_map(|&pair| self.pairs[pair].contacts.clone()));
         let fastest = island.iter().map(|&contact| self.speed(contact)).fold(0.0, f64::max);
         let enough = fastest * TOLERANCE;
-        if self.order[pairs.clone()].iter().any(|&pair| self.pairs[pair].restitution > 0.0) {
-            self.collide_all(pairs, fastest);
+        let most = self.order[pairs.clone()].iter().map(|&pair| self.pairs[pair].restitution).fold(0.0, f64::max);
+        if most < 1.0 {
+            self.rest(&island, enough);
         }
-        self.forget(island.iter().copied());
-        self.iterate(island.iter().copied(), enough, Sweep::Both);
+        if most > 0.0 {
+            self.begin_anew(&island);
+            self.collide_all(pairs, fastest, most);
+            self.rest(&island, enough);
+            self.mix(&island, most);
+        }
         self.island = island;
     }
 
-    /// Impacts, until none approaches but slowly.
-    fn collide_all(&mut self, pairs: Range<usize>, fastest: f64) {
+    /// Stops what approaches, at all points together.
+    fn rest(&mut self, island: &[usize], enough: f64) {
+        self.forget(island.iter().copied());
+        self.iterate(island.iter().copied(), enough, Sweep::Both);
+    }
+
+    /// Puts the impulses so far aside, and the bodies back to their velocities before.
+    fn begin_anew(&mut self, island: &[usize]) {
+        for &number in island {
+            let contact = &mut self.contacts[number];
+            contact.rested = std::mem::take(&mut contact.total);
+            for body in contact.bodies {
+                let mover = &mut self.movers[body];
+                [mover.linear, mover.angular] = mover.before;
+            }
+        }
+    }
+
+    /// The mean of the impulses with rebound, which get the weight, and of those without.
+    fn mix(&mut self, island: &[usize], weight: f64) {
+        for &number in island {
+            let contact = &mut self.contacts[number];
+            contact.total = contact.total * weight + contact.rested * (1.0 - weight);
+        }
+    }
+
+    /// Impacts, until none approaches but slowly. Restitutions are shares of `most`.
+    fn collide_all(&mut self, pairs: Range<usize>, fastest: f64, most: f64) {
         for _ in 0..MAX_IMPACTS * pairs.len() {
             let Some(pair) = self.fastest_approach(pairs.clone(), fastest * RESTING) else { return };
-            self.collide(pair, fastest * TOLERANCE);
+            self.collide(pair, self.pairs[pair].restitution / most, fastest * TOLERANCE);
         }
         self.capped = true;
     }
@@ -211,8 +253,8 @@ impl Solver {
     }
 
     /// The impact of one pair: what stops the approach, times 1 + e, then friction.
-    fn collide(&mut self, pair: usize, enough: f64) {
-        let Pair { contacts, restitution, .. } = self.pairs[pair].clone();
+    fn collide(&mut self, pair: usize, restitution: f64, enough: f64) {
+        let contacts = self.pairs[pair].contacts.clone();
         self.forget(contacts.clone());
         self.before.clear();
         for contact in contacts.clone() {
@@ -404,5 +446,5 @@ fn mover(number: usize, body: &ResponseBody) -> Result<Mover, ResponseError> {
     }
     let inverse = mass.inverse(rows).filter(|(_, inverse_inertia)| inverse_inertia.is_finite());
     let (inverse_mass, inverse_inertia) = inverse.ok_or(ResponseError::Inertia { body: number })?;
-    Ok(Mover { inverse_mass, inverse_inertia, centre, linear, angular })
+    Ok(Mover { inverse_mass, inverse_inertia, centre, linear, angular, before: [linear, angular] })
 }
