@@ -19,7 +19,7 @@ fn a_signal_ends_the_daemon_cleanly_and_nothing_is_left() {
         daemon.signal(signal);
         assert!(daemon.wait().success());
         let error = stepping.await_summary().error;
-        assert_eq!(error.as_deref(), Some("DaemonGone"), "the client is told");
+        assert_eq!(error, Some(Error::DaemonGone.to_string()), "the client is told");
         assert_eq!(daemon.leftovers(), Vec::<PathBuf>::new());
     }
 }
@@ -37,7 +37,7 @@ fn a_killed_daemon_is_a_typed_error_and_the_next_one_starts_clean() {
 
     daemon.signal(Signal::KILL);
     assert_eq!(daemon.wait().signal(), Some(Signal::KILL.as_raw()));
-    assert_eq!(stepping.await_summary().error.as_deref(), Some("DaemonGone"));
+    assert_eq!(stepping.await_summary().error, Some(Error::DaemonGone.to_string()));
     assert!(matches!(scene.step(&[IDENTITY]), Err(Error::DaemonGone)));
     assert!(matches!(client.list(), Err(Error::DaemonGone)));
 

@@ -221,6 +221,9 @@ pub(crate) fn check_staged(bodies: &mut [Body], velocities: &[(BodyId, Velocity)
             }
             body.staged = Staged { rows: body.rows, step, rigid: None };
         }
+        if rests(body) {
+            continue;
+        }
         check_finite(body)?;
         check_overflow(body)?;
     }
@@ -254,10 +257,20 @@ pub(crate) fn commit(
     count
 }
 
+/// Whether the body, which has been checked before, is where it was. Zeros of either sign are different: the report is the same to the bit.
+fn rests(body: &Body) -> bool {
+    let bits = |rows: &Rows| rows.map(|row| row.map(f64::to_bits));
+    !body.replaced
+        && body.first_step != u64::MAX
+        && body.staged.rigid.is_none()
+        && bits(&body.rows) == bits(&body.staged.rows)
+}
+
 fn place(body: &mut Body, rigid: &[RigidMotion], step: u64) {
-    if body.replaced || bits(&body.rows) != bits(&body.staged.rows) {
-        body.changed = step;
+    if rests(body) {
+        return;
     }
+    body.changed = step;
     std::mem::swap(&mut body.rows, &mut body.staged.rows);
     body.magnitude = magnitude(&body.rows, body.object.reach());
     body.first_step = body.first_step.min(step);
@@ -268,11 +281,6 @@ fn place(body: &mut Body, rigid: &[RigidMotion], step: u64) {
     }
     body.replaced = false;
     body.has_box = false;
-}
-
-/// Zeros of either sign are different: the report is the same to the bit.
-fn bits(rows: &Rows) -> [[u64; 4]; 3] {
-    rows.map(|row| row.map(f64::to_bits))
 }
 
 /// How a body has moved in step number `step`, after [`commit`]. The step that first places a body does not move it.

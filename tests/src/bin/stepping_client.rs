@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 steps += 1;
                 counts.insert(polygon_pairs);
             }
-            Err(failure) => error = Some(format!("{failure:?}")),
+            Err(failure) => error = Some(failure.to_string()),
         }
     }
     let summary = Summary { steps, polygon_pairs: counts.into_iter().collect(), error };

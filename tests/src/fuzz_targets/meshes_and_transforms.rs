@@ -5,6 +5,7 @@ use std::sync::Arc;
 use collided_kernel::{Effects, Object, PolygonMesh};
 use collided_protocol::step::Rows;
 
+use super::effects::{effects_agree, levels_are_right};
 use super::source::Source;
 use super::{build_or_refuse, is_finite};
 use crate::kernel_pair::{self, KernelPair};
@@ -20,7 +21,7 @@ const ORACLE_PAIRS: usize = 4;
 
 /// Builds two meshes and places them. A mesh or a step is refused exactly when it has a number that is not finite (or a corner
 /// that is not there); the report is what the brute-force twin finds, whichever body is first; and the twin's triangle test
-/// agrees with the exact oracle.
+/// agrees with the exact oracle. No level and no effect says anything else.
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -32,8 +33,13 @@ pub fn meshes_and_transforms(bytes: &[u8]) {
     let [mesh_a, mesh_b] = meshes;
     let objects = (build_or_refuse(mesh_a, Some(orders[0])), build_or_refuse(mesh_b, Some(orders[1])));
     let (Some(a), Some(b)) = objects else { return };
-    if step_is_right([&a, &b], rows) {
+    if let Some(interfering) = step_is_right([&a, &b], rows) {
         triangles_are_right([&a, &b], rows, &mut source);
+        levels_are_right([&a, &b], rows, interfering);
+        let before = source.transform();
+        if is_finite(&b, &before) {
+            effects_agree([&a, &b], rows, before, interfering);
+        }
     }
 }
 
@@ -57,15 +63,15 @@ fn polygon(source: &mut Source<'_>, vertex_count: usize) -> Vec<u32> {
     (0..count).map(|_| corner(source)).collect()
 }
 
-/// Checks the step; false when it was refused, and had to be.
-fn step_is_right([a, b]: [&Arc<Object>; 2], [rows_a, rows_b]: [Rows; 2]) -> bool {
+/// Checks the step, and says whether the surfaces meet; nothing when it was refused, and had to be.
+fn step_is_right([a, b]: [&Arc<Object>; 2], [rows_a, rows_b]: [Rows; 2]) -> Option<bool> {
     let step = KernelPair::new(a, b, Effects::POLYGON_PAIRS).step(rows_a, rows_b);
     let finite = is_finite(a, &rows_a) && is_finite(b, &rows_b);
     let found = match step {
         Ok(found) => found,
         Err(error) => {
             assert!(!finite, "a finite step was refused: {error}");
-            return false;
+            return None;
         }
     };
     assert!(finite, "a step with a number that is not finite was answered");
@@ -74,7 +80,7 @@ fn step_is_right([a, b]: [&Arc<Object>; 2], [rows_a, rows_b]: [Rows; 2]) -> bool
     assert_eq!(swapped.map(kernel_pair::Outcome::swapped).as_ref(), Ok(&found));
     let verdict = KernelPair::new(a, b, Effects::INTERFERENCE).step(rows_a, rows_b);
     assert_eq!(verdict.map(|outcome| outcome.interfering), Ok(found.interfering));
-    true
+    Some(found.interfering)
 }
 
 fn triangles_are_right(objects: [&Object; 2], rows: [Rows; 2], source: &mut Source<'_>) {

@@ -3,6 +3,7 @@
 //! `tests/fuzz` gives them to libFuzzer; `tests/tests/fuzz_corpus.rs` runs them on the corpus and on mutations of it, so that
 //! every target is part of the ordinary test suite. Targets keep no state between calls.
 
+mod effects;
 mod mesh_file;
 mod meshes_and_transforms;
 mod report_payloads;
