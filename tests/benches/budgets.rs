@@ -12,7 +12,7 @@ use collided_tests::{crowd, meshes};
 
 const BODIES: usize = 1000;
 /// Cubic units that each body of unit size has to itself.
-const ROOM: f64 = 1.0;
+const ROOM: f64 = 2.0;
 const STEPS: usize = 50;
 /// How often the steps are gone through for each budget.
 const REPETITIONS: usize = 40;

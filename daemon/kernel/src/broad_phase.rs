@@ -59,7 +59,7 @@ impl BroadPhase {
     }
 
     /// As [`overlapping_boxes`](Self::overlapping_boxes), until `spend` says that what it is told of work, in comparisons of boxes, is
-    /// too much: then only the pairs found so far.
+    /// too much: then none.
     pub(crate) fn overlapping_within(&mut self, boxes: &[GlobalBox], spend: impl Fn(u64) -> bool) -> &[(u32, u32)] {
         if spend(boxes.len() as u64) {
             return &[];
@@ -86,7 +86,7 @@ impl BroadPhase {
         } else {
             self.complete = self.compare_all(spend);
         }
-        &self.pairs
+        if self.complete { &self.pairs } else { &[] }
     }
 
     /// Which boxes are not those of the last step; a tree over other bodies is thrown away.
@@ -146,9 +146,9 @@ impl BroadPhase {
     fn compare_all(&mut self, spend: impl Fn(u64) -> bool) -> bool {
         self.found.clear();
         let compared = if self.nodes.is_empty() { Some(0) } else { self.compare(spend) };
+        let Some(compared) = compared else { return false };
         self.put_in_order();
         std::mem::swap(&mut self.pairs, &mut self.found);
-        let Some(compared) = compared else { return false };
         if self.compared_when_new == 0 {
             self.compared_when_new = compared;
         }
@@ -209,7 +209,7 @@ impl BroadPhase {
         self.found.extend(self.pairs.iter().filter(|&&(i, j)| !changed(i) && !changed(j)));
         for at in 0..self.changed.len() {
             if spend(LEAF as u64) {
-                break;
+                return false;
             }
             self.look_up(self.changed[at]);
         }
@@ -217,7 +217,7 @@ impl BroadPhase {
         // Two boxes that have both changed were found from either side.
         self.found.dedup();
         std::mem::swap(&mut self.pairs, &mut self.found);
-        !spend(0)
+        true
     }
 
     fn look_up(&mut self, number: u32) {

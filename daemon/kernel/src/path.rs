@@ -13,7 +13,7 @@
 
 use glam::DVec3;
 
-use crate::affine::{Rows, magnitude};
+use crate::affine::Rows;
 use crate::container::Container;
 use crate::motion::Motion;
 use crate::submatrix::{HALVING, UNDERFLOW};
@@ -72,9 +72,9 @@ impl Path {
 }
 
 /// How far any point of the container's contents is, at any time of the motion, from where it was at the start: rounded world
-/// positions and exact ones alike. Infinity or NaN when that is beyond f64.
-pub(crate) fn displacement(container: &Container, motion: &Motion, end: &Rows) -> f64 {
-    let between_ends = |from: &Rows| between(container, from, end);
+/// positions and exact ones alike. Infinity or NaN when that is beyond f64. `magnitudes`: the sum of those at the start and at the end.
+pub(crate) fn displacement(container: &Container, motion: &Motion, end: &Rows, magnitudes: DVec3) -> f64 {
+    let between_ends = |from: &Rows| between(container, from, end, magnitudes);
     match motion {
         Motion::Still(_) => 0.0,
         Motion::Linear { from, .. } => between_ends(from),
@@ -89,7 +89,7 @@ pub(crate) fn displacement(container: &Container, motion: &Motion, end: &Rows) -
 }
 
 /// The same between two transforms. On a straight line the end is the farthest.
-fn between(container: &Container, from: &Rows, to: &Rows) -> f64 {
+fn between(container: &Container, from: &Rows, to: &Rows, magnitudes: DVec3) -> f64 {
     let (min, max) = (DVec3::from(container.min), DVec3::from(container.max));
     let (centre, half) = (0.5 * min + 0.5 * max, 0.5 * max - 0.5 * min + DVec3::splat(HALVING));
     let farthest = DVec3::from([0, 1, 2].map(|row| {
@@ -97,7 +97,6 @@ fn between(container: &Container, from: &Rows, to: &Rows) -> f64 {
         let linear = DVec3::new(x, y, z);
         (linear.dot(centre) + shift).abs() + linear.abs().dot(half)
     }));
-    let magnitudes = magnitude(from, container.reach()) + magnitude(to, container.reach());
     length_at_most(farthest + magnitudes * ROUNDING + DVec3::splat(UNDERFLOW))
 }
 
@@ -110,10 +109,12 @@ pub(crate) fn length_at_most(vector: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::affine::{IDENTITY, world_vertex};
+    use crate::affine::{IDENTITY, magnitude, world_vertex};
 
     fn check(container: &Container, motion: &Motion) {
-        let reached = displacement(container, motion, &motion.end());
+        let [start, end] = [motion.at(0.0), motion.end()];
+        let magnitudes = [&start, &end].map(|rows| magnitude(rows, container.reach()));
+        let reached = displacement(container, motion, &end, magnitudes[0] + magnitudes[1]);
         let corner = |rows: &Rows, corner: usize| {
             let side = |axis: usize| [container.min, container.max][corner >> axis & 1][axis];
             world_vertex(rows, [side(0), side(1), side(2)])

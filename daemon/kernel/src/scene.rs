@@ -103,7 +103,7 @@ impl Scene {
             interest: InterestRow::of(group),
             rows: IDENTITY,
             magnitude: DVec3::ZERO,
-            staged: Staged { rows: IDENTITY, step: 0, rigid: None },
+            staged: Staged::new(IDENTITY, 0, None),
             first_step: u64::MAX,
             changed: u64::MAX,
             replaced: true,

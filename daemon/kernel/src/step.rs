@@ -11,7 +11,6 @@ mod unmoved;
 mod witness;
 mod worker;
 
-use std::cmp::Reverse;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -176,8 +175,8 @@ pub(crate) struct Step {
     times: StageTimes,
     /// Whether all pairs that matter were found within the budget.
     is_complete: bool,
-    /// What it took in the last step to put the report together, in nanoseconds a pair.
-    listing_time: u64,
+    /// What it took in the last step to come to an end and put the report together, in nanoseconds a pair.
+    ending_time: u64,
 }
 
 impl Step {
@@ -189,6 +188,9 @@ impl Step {
         let overlapping = self.broad_phase.overlapping_within(world.boxes, |work| limit.spend(work));
         self.counts.broad_pairs = overlapping.len() as u64;
         let farther = self.reach.pairs(&world, &limit);
+        limit.reserve(overlapping.len().max(farther.len()) as u64 * self.ending_time);
+        // Pairs that there is no time to list are not worth more than the word that they are open.
+        let (overlapping, farther) = if limit.spend(0) { (&[][..], &[][..]) } else { (overlapping, farther) };
         self.times.broad_phase = stopwatch.lap();
         self.last.take(&mut self.kept, &mut self.found, &mut self.touching, &mut self.results);
         keep(overlapping, farther, &world, &mut self.kept);
@@ -196,17 +198,17 @@ impl Step {
         self.counts.interest_pairs = self.kept.len() as u64;
         self.times.interest = stopwatch.lap();
         self.is_complete = !limit.is_up();
-        limit.reserve(self.kept.len() as u64 * self.listing_time);
         self.compare(&Round { world, clock, limit: &limit });
         stopwatch.lap();
+        let ending = limit.up_at(stopwatch.last);
         self.learn(&world);
         self.gather(clock);
         self.conclude(world, clock, &limit);
-        self.times.effects = stopwatch.lap();
         self.collect(world);
-        let listing = stopwatch.lap();
-        self.times.effects += listing;
-        self.listing_time = listing / self.kept.len().max(1) as u64;
+        self.times.effects = stopwatch.lap();
+        if !self.kept.is_empty() {
+            self.ending_time = (stopwatch.last - ending) / self.kept.len() as u64;
+        }
         self.last.end(world.step);
     }
 
@@ -230,7 +232,11 @@ impl Step {
         self.tasks.extend(open.map(|(pair, _)| Task::whole_pair(pair as u32)));
         if round.limit.exists() {
             // The last ones come first: what interfered in the last step is likely to be proven soon.
-            self.tasks.sort_unstable_by_key(|task| (self.kept[task.pair as usize].was_interfering, Reverse(task.pair)));
+            let (kept, tasks) = (&self.kept, &mut self.tasks);
+            let is_likely = |pair: &u32| kept[*pair as usize].was_interfering && kept[*pair as usize].needs_test();
+            let likely = (0..kept.len() as u32).rev().filter(is_likely);
+            tasks.retain(|task| !kept[task.pair as usize].was_interfering);
+            tasks.extend(likely.map(Task::whole_pair));
         }
         self.compare_alone(round);
         while !self.tasks.is_empty() {

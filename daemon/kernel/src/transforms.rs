@@ -1,5 +1,7 @@
 //! Stage 1: transforms in. Each number is read once and checked before any body moves.
 
+use glam::DVec3;
+
 use crate::affine::{Rows, magnitude, world_vertex};
 use crate::effects::response::Velocity;
 use crate::global_boxes::GlobalBox;
@@ -141,6 +143,14 @@ pub(crate) struct Staged {
     pub step: u64,
     /// Where the rigid motion that ends here stands in the scene's list.
     pub rigid: Option<u32>,
+    /// See [`magnitude`]; over the object's container. Of what was staged it is known when that is checked.
+    pub magnitude: DVec3,
+}
+
+impl Staged {
+    pub fn new(rows: Rows, step: u64, rigid: Option<u32>) -> Staged {
+        Staged { rows, step, rigid, magnitude: DVec3::ZERO }
+    }
 }
 
 /// Reads each transform and each motion, once. `rigid` takes the motions.
@@ -161,12 +171,12 @@ pub(crate) fn stage(
     match input.transforms {
         Transforms::Dense(rows) => {
             let staged = bodies.iter_mut().zip(rows);
-            staged.for_each(|(body, rows)| body.staged = Staged { rows: *rows, step, rigid: None });
+            staged.for_each(|(body, rows)| body.staged = Staged::new(*rows, step, None));
         }
         Transforms::Sparse { bodies: ids, rows } => {
             for (position, (&id, rows)) in ids.iter().zip(rows).enumerate() {
                 let body = unstaged(bodies, "transform", position, BodyId(id), step)?;
-                body.staged = Staged { rows: *rows, step, rigid: None };
+                body.staged = Staged::new(*rows, step, None);
             }
         }
     }
@@ -174,7 +184,7 @@ pub(crate) fn stage(
         let body = unstaged(bodies, "rigid motion", position, id, step)?;
         let whole = motion.from(body.rows);
         whole.check().map_err(|motion| StepError::BadMotion { body: id, motion })?;
-        body.staged = Staged { rows: whole.end(), step, rigid: Some(position as u32) };
+        body.staged = Staged::new(whole.end(), step, Some(position as u32));
         rigid.push(motion);
     }
     Ok(())
@@ -219,7 +229,7 @@ pub(crate) fn check_staged(bodies: &mut [Body], velocities: &[(BodyId, Velocity)
             if !body.replaced {
                 continue;
             }
-            body.staged = Staged { rows: body.rows, step, rigid: None };
+            body.staged = Staged::new(body.rows, step, None);
         }
         if rests(body) {
             continue;
@@ -272,12 +282,15 @@ fn place(body: &mut Body, rigid: &[RigidMotion], step: u64) {
     }
     body.changed = step;
     std::mem::swap(&mut body.rows, &mut body.staged.rows);
-    body.magnitude = magnitude(&body.rows, body.object.reach());
+    std::mem::swap(&mut body.magnitude, &mut body.staged.magnitude);
     body.first_step = body.first_step.min(step);
     if body.replaced {
         body.path.begin(step);
     } else if let Some(container) = body.object.container() {
-        body.path.advance(displacement(&container, &motion(body, rigid, step), &body.rows), step);
+        body.path.advance(
+            displacement(&container, &motion(body, rigid, step), &body.rows, body.magnitude + body.staged.magnitude),
+            step,
+        );
     }
     body.replaced = false;
     body.has_box = false;
@@ -304,8 +317,9 @@ fn check_finite(body: &Body) -> Result<(), StepError> {
     Ok(())
 }
 
-fn check_overflow(body: &Body) -> Result<(), StepError> {
-    if magnitude(&body.staged.rows, body.object.reach()).is_finite() {
+fn check_overflow(body: &mut Body) -> Result<(), StepError> {
+    body.staged.magnitude = magnitude(&body.staged.rows, body.object.reach());
+    if body.staged.magnitude.is_finite() {
         return Ok(());
     }
     for (vertex, &position) in body.object.vertices().iter().enumerate() {

@@ -1,6 +1,6 @@
 //! What is left of a step's budget, for all of its threads.
 
-use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 
 use super::Clock;
 use crate::accuracy::Budget;
@@ -13,6 +13,8 @@ pub(crate) struct Limit<'c> {
     clock: &'c dyn Clock,
     left: Left,
     is_up: AtomicBool,
+    /// When it was found used up.
+    up_at: AtomicU64,
 }
 
 enum Left {
@@ -31,7 +33,7 @@ impl<'c> Limit<'c> {
             Budget::Nanoseconds(time) => Left::Until(start.saturating_add(time)),
             Budget::Work(units) => Left::Work(AtomicI64::new(units.try_into().unwrap_or(i64::MAX))),
         };
-        Limit { clock, left, is_up: AtomicBool::new(false) }
+        Limit { clock, left, is_up: AtomicBool::new(false), up_at: AtomicU64::new(u64::MAX) }
     }
 
     /// Whether there is a limit at all.
@@ -45,7 +47,11 @@ impl<'c> Limit<'c> {
         match &self.left {
             Left::Unlimited => false,
             _ if self.is_up() => true,
-            Left::Until(end) => self.note(self.clock.nanoseconds() >= *end),
+            Left::Until(end) => {
+                let now = self.clock.nanoseconds();
+                self.up_at.fetch_min(if now >= *end { now } else { u64::MAX }, Ordering::Relaxed);
+                self.note(now >= *end)
+            }
             Left::Work(left) => self.note(left.fetch_sub(units as i64, Ordering::Relaxed) < units as i64),
         }
     }
@@ -54,6 +60,11 @@ impl<'c> Limit<'c> {
     #[inline]
     pub fn is_up(&self) -> bool {
         self.is_up.load(Ordering::Relaxed)
+    }
+
+    /// The time at which it was found used up, or `otherwise`.
+    pub fn up_at(&self, otherwise: u64) -> u64 {
+        self.up_at.load(Ordering::Relaxed).min(otherwise)
     }
 
     /// Keeps time for what comes after.
