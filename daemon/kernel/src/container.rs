@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::cells::Cut;
+
 /// The largest order M: the container halved 30 times, 2^30 voxels.
 pub const MAX_ORDER: u32 = 30;
 
@@ -56,6 +58,10 @@ pub struct Lattice {
     /// The axis of each halving.
     axes: Vec<u8>,
     levels: Vec<LatticeLevel>,
+    /// Two for each level.
+    cuts: Vec<Cut>,
+    /// Per rank of cells and axis: 2^-halvings.
+    shares: Vec<[f32; 3]>,
 }
 
 /// One step of the pyramid: up to six halvings, which cut a voxel of this level into its children.
@@ -124,8 +130,12 @@ impl Lattice {
             (0..3).for_each(|axis| bits_before[axis] += level.bits[axis]);
             level
         });
-        let levels = levels.collect();
-        Lattice { container, half_sides, axes, levels }
+        let levels: Vec<LatticeLevel> = levels.collect();
+        let parts = axes.chunks(HALVINGS_PER_LEVEL as usize).zip(&levels);
+        let cuts: Vec<Cut> = parts.flat_map(|(axes, level)| Cut::pair(axes, level.bits_before)).collect();
+        let bits = cuts.iter().map(|cut| cut.bits).chain([bits]);
+        let shares = bits.map(|bits| bits.map(|bits| half_to_the(bits) as f32)).collect();
+        Lattice { container, half_sides, axes, levels, cuts, shares }
     }
 
     /// Halvings made, M.
@@ -145,6 +155,26 @@ impl Lattice {
 
     pub(crate) fn levels(&self) -> &[LatticeLevel] {
         &self.levels
+    }
+
+    pub(crate) fn cuts(&self) -> &[Cut] {
+        &self.cuts
+    }
+
+    /// Of the cells of each rank, per axis: half a side over half the container's.
+    pub(crate) fn shares(&self) -> &[[f32; 3]] {
+        &self.shares
+    }
+
+    /// The middle of the container, in the object's frame.
+    #[inline]
+    pub(crate) fn middle(&self) -> DVec3 {
+        0.5 * DVec3::from(self.container.min) + 0.5 * DVec3::from(self.container.max)
+    }
+
+    /// Half the container's sides, in the object's frame.
+    pub(crate) fn half_sides(&self) -> [f64; 3] {
+        self.half_sides
     }
 
     /// Halvings of each axis before `level`; for `level` equal to the number of levels, of the voxels themselves.

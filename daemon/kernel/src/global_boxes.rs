@@ -43,12 +43,6 @@ impl GlobalBox {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    /// How far apart they are along the axis where that is most; positive exactly when they have no point in common.
-    #[inline]
-    pub(crate) fn gap(&self, other: &GlobalBox) -> f64 {
-        (self.min - other.max).max(other.min - self.max).max_element()
-    }
-
     /// The smallest box that holds both.
     #[inline]
     pub(crate) fn joined(&self, other: &GlobalBox) -> GlobalBox {

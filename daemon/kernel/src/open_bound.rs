@@ -7,9 +7,11 @@
 use glam::DVec3;
 
 use crate::affine::world_vertex;
+use crate::cells::Cell;
+use crate::container::MAX_ORDER;
 use crate::global_boxes::GlobalBox;
 use crate::report::OpenBound;
-use crate::submatrix::{PairFrame, Placed, Voxel, Which, columns};
+use crate::submatrix::{PairFrame, Placed, Which, columns};
 use crate::voxel_pairs::VoxelPair;
 
 /// Some 20 roundings and square roots, 2^-53 each.
@@ -56,28 +58,34 @@ impl Bounds<'_> {
     }
 
     fn bound(&self, voxels: &VoxelPair, apart_at_most: f64) -> OpenBound {
-        let orders = [self.frame.order(Which::First, voxels.a), self.frame.order(Which::Second, voxels.b)];
+        let order = |which: Which| {
+            let shares = self.frame.shares(which, &voxels.cells[which as usize]);
+            shares.iter().map(|share| share.recip().log2() as u32).sum()
+        };
         let deep_at_most = up(self.frame.overlap_of_containers(self.a, self.b));
-        OpenBound { orders, apart_at_most: up(apart_at_most), deep_at_most }
+        OpenBound { orders: [Which::First, Which::Second].map(order), apart_at_most: up(apart_at_most), deep_at_most }
     }
 
     /// Distance of the centres of two voxels, and the sum of their half diagonals, rounded up; in the world.
     fn spheres(&self, voxels: &VoxelPair) -> (f64, f64) {
-        let centre = |which: Which, body: &Placed<'_>, voxel: Voxel| {
-            world_vertex(body.rows, self.frame.centre(which, voxel).to_array())
-        };
-        let (a, b) = (centre(Which::First, &self.a, voxels.a), centre(Which::Second, &self.b, voxels.b));
-        let half = self.half_diagonal(Which::First, voxels.a) + self.half_diagonal(Which::Second, voxels.b);
-        (up(length(a - b)), up(half) + self.frame.noise(self.a, self.b))
+        let [a, b] = [Which::First, Which::Second].map(|which| self.sphere(which, &voxels.cells[which as usize]));
+        (up(length(a.0 - b.0)), up(a.1 + b.1) + self.frame.noise(self.a, self.b))
     }
 
-    fn half_diagonal(&self, which: Which, voxel: Voxel) -> f64 {
-        let rows = if which == Which::First { self.a.rows } else { self.b.rows };
-        let [x, y, z] = columns(rows);
-        let half = self.frame.half_sides(which, voxel);
-        let (x, y, z) = (x * half.x, y * half.y, z * half.z);
+    /// Centre and half diagonal of a voxel, in the world.
+    fn sphere(&self, which: Which, cell: &Cell) -> (DVec3, f64) {
+        /// 2^-30.
+        const UNIT: f64 = 1.0 / (1u64 << MAX_ORDER) as f64;
+        let Placed { object, rows, .. } = if which == Which::First { self.a } else { self.b };
+        let (lattice, [x, y, z]) = (object.matrix().lattice(), columns(rows));
+        let half = lattice.half_sides();
+        let centre =
+            lattice.middle() + DVec3::from([0, 1, 2].map(|axis| half[axis] * f64::from(cell.centre[axis]) * UNIT));
+        let [i, j, k] = self.frame.shares(which, cell).map(f64::from);
+        let (x, y, z) = (x * (half[0] * i), y * (half[1] * j), z * (half[2] * k));
         let diagonals: [DVec3; 4] = [x + y + z, x + y - z, x - y + z, x - y - z];
-        diagonals.into_iter().map(length).fold(0.0, f64::max)
+        let half_diagonal = diagonals.into_iter().map(length).fold(0.0, f64::max);
+        (world_vertex(rows, centre.to_array()), half_diagonal)
     }
 }
 

@@ -1,15 +1,18 @@
 //! Stage 7: polygon pairs, from the lists of the voxels that reach each other.
 //!
-//! The triangles of a voxel are carried into the world once for a batch of voxel pairs; two of them are a candidate when
-//! their world boxes, which are exact (smallest and largest of the very coordinates that are tested), overlap. A pair of triangles often shares several pairs of voxels: a small memory of
-//! recent candidates keeps most repetitions from the exact test, and what slips through is merged in stage 9.
+//! The triangles of a voxel are carried into the world when they are first needed, and held for the pairs of voxels that come
+//! next. Two of them are a candidate when their world boxes overlap within the box that holds every common point of the two
+//! voxels: a common point anywhere else is found where its own voxels are compared. A pair of triangles often shares several
+//! pairs of voxels: a small memory of recent candidates keeps most repetitions from the exact test, and what slips through is
+//! merged in stage 9.
 
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 use crate::affine::{Rows, world_vertex};
+use crate::cells::Cell;
 use crate::global_boxes::GlobalBox;
 use crate::object::Object;
-use crate::submatrix::Voxel;
+use crate::submatrix::{BoxFrame, PairFrame};
 use crate::voxel_pairs::VoxelPair;
 
 /// A triangle at its world position.
@@ -18,96 +21,6 @@ pub(crate) struct WorldTriangle {
     pub corners: [DVec3; 3],
     pub bounds: GlobalBox,
     pub number: u32,
-}
-
-/// One body of a pair, and the triangles of it that the batch needs.
-#[derive(Debug, Default)]
-struct Gathered {
-    triangles: Vec<WorldTriangle>,
-    /// The voxel that was gathered last, where its triangles start, and the box of them all.
-    last: Option<(Voxel, usize, GlobalBox)>,
-    /// The triangles of a voxel above the full order, each once.
-    merged: Vec<u32>,
-}
-
-/// Memory of the stage, kept by each worker from step to step.
-#[derive(Debug, Default)]
-pub(crate) struct Candidates {
-    sides: [Gathered; 2],
-    pairs: Vec<(u32, u32)>,
-    recent: Recent,
-}
-
-impl Candidates {
-    /// Forgets the candidates of the last batch.
-    pub fn clear(&mut self) {
-        self.pairs.clear();
-        for side in &mut self.sides {
-            side.triangles.clear();
-            side.last = None;
-        }
-    }
-
-    /// Forgets the pair of bodies: the same triangle numbers now mean other triangles.
-    pub fn start_pair(&mut self) {
-        self.recent.forget();
-    }
-
-    /// Appends the candidates of a pair of voxels; says how many pairs of triangles the two lists make. Of the others, those nearer
-    /// than `clearance` lower it to a bound of their distance.
-    #[inline(always)]
-    pub fn add(&mut self, voxels: &VoxelPair, a: (&Object, &Rows), b: (&Object, &Rows), clearance: &mut f64) -> u64 {
-        let [first, second] = &mut self.sides;
-        let (start_a, _) = first.gather(voxels.a, a.0, a.1);
-        let (start_b, bounds_b) = second.gather(voxels.b, b.0, b.1);
-        for (i, p) in first.triangles.iter().enumerate().skip(start_a) {
-            if !p.bounds.overlaps(&bounds_b) && p.bounds.gap(&bounds_b) > *clearance {
-                continue;
-            }
-            for (j, q) in second.triangles.iter().enumerate().skip(start_b) {
-                if p.bounds.overlaps(&q.bounds) {
-                    if self.recent.is_new(p.number, q.number) {
-                        self.pairs.push((i as u32, j as u32));
-                    }
-                } else if *clearance > 0.0 {
-                    *clearance = clearance.min(p.bounds.gap(&q.bounds).next_down());
-                }
-            }
-        }
-        ((first.triangles.len() - start_a) * (second.triangles.len() - start_b)) as u64
-    }
-
-    /// The candidates of the batch.
-    pub fn iter(&self) -> impl Iterator<Item = (&WorldTriangle, &WorldTriangle)> {
-        let [first, second] = &self.sides;
-        self.pairs.iter().map(|&(i, j)| (&first.triangles[i as usize], &second.triangles[j as usize]))
-    }
-}
-
-impl Gathered {
-    /// Where the voxel's triangles start (they are the last ones), and their box.
-    fn gather(&mut self, voxel: Voxel, object: &Object, rows: &Rows) -> (usize, GlobalBox) {
-        if let Some((last, start, bounds)) = self.last
-            && last == voxel
-        {
-            return (start, bounds);
-        }
-        let level = usize::from(voxel.level);
-        let mut numbers = object.matrix().triangles(level, voxel.number);
-        if level < object.matrix().depth() {
-            self.merged.clear();
-            self.merged.extend_from_slice(numbers);
-            self.merged.sort_unstable();
-            self.merged.dedup();
-            numbers = &self.merged;
-        }
-        let start = self.triangles.len();
-        self.triangles.extend(numbers.iter().map(|&number| WorldTriangle::new(number, object, rows)));
-        let bounds =
-            self.triangles[start..].iter().fold(GlobalBox::EMPTY, |all, triangle| all.joined(&triangle.bounds));
-        self.last = Some((voxel, start, bounds));
-        (start, bounds)
-    }
 }
 
 impl WorldTriangle {
@@ -120,6 +33,211 @@ impl WorldTriangle {
         let bounds = GlobalBox { min: p.min(q).min(r), max: p.max(q).max(r) };
         WorldTriangle { corners: [p, q, r], bounds, number }
     }
+}
+
+/// The world box of a triangle as a [`BoxFrame`] measures it, each coordinate rounded to the nearest f32. Rounding is monotone:
+/// boxes that have a point in common still have one.
+#[derive(Debug, Clone, Copy, Default)]
+struct RoundedBox {
+    min: Vec4,
+    max: Vec4,
+}
+
+impl RoundedBox {
+    #[inline(always)]
+    fn overlaps(&self, other: &RoundedBox) -> bool {
+        (self.min.cmple(other.max) & other.min.cmple(self.max)).all()
+    }
+
+    /// How far apart they are along the axis where that is most.
+    fn gap(&self, other: &RoundedBox) -> f32 {
+        (self.min - other.max).max(other.min - self.max).truncate().max_element()
+    }
+
+    /// What both hold.
+    #[inline(always)]
+    fn common(&self, other: &RoundedBox) -> RoundedBox {
+        RoundedBox { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+}
+
+/// One body of a pair, and triangles of it at their world positions. Of those with the same last bits of their numbers the latest
+/// is held.
+#[derive(Debug)]
+struct WorldSide {
+    /// Per column of the transform, a number for each world axis.
+    columns: [[f64; 4]; 4],
+    /// How boxes are measured.
+    origin: [f64; 4],
+    unit: f64,
+    /// Number of the triangle, and the pair of bodies that it is of.
+    held: Vec<(u32, u32)>,
+    pair: u32,
+    boxes: Vec<RoundedBox>,
+    corners: Vec<[DVec3; 3]>,
+    /// The triangles of a cell that reach the other cell.
+    reaching: Vec<(RoundedBox, u32)>,
+    /// The triangles of a cell above the full order, each once.
+    merged: Vec<u32>,
+}
+
+/// Memory of the stage, kept by each worker from step to step.
+#[derive(Debug, Default)]
+pub(crate) struct Candidates {
+    sides: [WorldSide; 2],
+    pairs: Vec<[u32; 2]>,
+    recent: Recent,
+}
+
+impl Candidates {
+    /// Forgets the candidates of the last batch.
+    pub fn clear(&mut self) {
+        self.pairs.clear();
+    }
+
+    /// Begins with a pair of bodies: the same triangle numbers now mean other triangles.
+    pub fn start_pair(&mut self, rows: [&Rows; 2], boxes: &BoxFrame) {
+        self.recent.forget();
+        self.pairs.clear();
+        for (side, rows) in self.sides.iter_mut().zip(rows) {
+            side.start(rows, boxes);
+        }
+    }
+
+    /// Appends the candidates of a pair of voxels; says how many pairs of triangles the two lists make. Of the others, those nearer
+    /// than `clearance` lower it to a bound of their distance.
+    #[inline(always)]
+    pub fn add(&mut self, voxels: &VoxelPair, objects: [&Object; 2], frame: &PairFrame, clearance: &mut f64) -> u64 {
+        let [min, max] = frame.common_box(&voxels.cells);
+        let both = RoundedBox { min, max };
+        let [first, second] = &mut self.sides;
+        let [a, b] = &voxels.cells;
+        let pairs = first.gather(a, objects[0], &both) * second.gather(b, objects[1], &both);
+        for (bounds, p) in &first.reaching {
+            for (other, q) in &second.reaching {
+                if bounds.overlaps(other) {
+                    if self.recent.is_new(*p, *q) {
+                        self.pairs.push([*p, *q]);
+                    }
+                } else if *clearance > 0.0 {
+                    *clearance = clearance.min(frame.boxes().at_least(bounds.gap(other)));
+                }
+            }
+        }
+        pairs as u64
+    }
+
+    /// The candidates of the batch: pairs of triangle numbers.
+    pub fn pairs(&self) -> &[[u32; 2]] {
+        &self.pairs
+    }
+
+    /// The world positions of a pair of triangles.
+    #[inline(always)]
+    pub fn corners(&mut self, [p, q]: [u32; 2], [a, b]: [&Object; 2]) -> [&[DVec3; 3]; 2] {
+        let [first, second] = &mut self.sides;
+        [first.corners(p, a), second.corners(q, b)]
+    }
+}
+
+impl Default for WorldSide {
+    fn default() -> Self {
+        WorldSide {
+            columns: [[0.0; 4]; 4],
+            origin: [0.0; 4],
+            unit: 0.0,
+            held: vec![(0, 0); WorldSide::HELD],
+            pair: 0,
+            boxes: vec![RoundedBox::default(); WorldSide::HELD],
+            corners: vec![[DVec3::ZERO; 3]; WorldSide::HELD],
+            reaching: Vec::new(),
+            merged: Vec::new(),
+        }
+    }
+}
+
+impl WorldSide {
+    /// Triangles that are held at a time: few enough for the caches.
+    const HELD: usize = 1 << 10;
+
+    fn start(&mut self, rows: &Rows, boxes: &BoxFrame) {
+        self.columns = std::array::from_fn(|column| [rows[0][column], rows[1][column], rows[2][column], 0.0]);
+        let origin = boxes.origin;
+        (self.origin, self.unit) = ([origin.x, origin.y, origin.z, 0.0], boxes.unit);
+        self.pair = self.pair.wrapping_add(1);
+        if self.pair == 0 {
+            self.held.fill((0, 0));
+            self.pair = 1;
+        }
+    }
+
+    /// Where the triangle is held.
+    #[inline(always)]
+    fn place(&mut self, number: u32, object: &Object) -> usize {
+        let place = number as usize % Self::HELD;
+        if self.held[place] != (number, self.pair) {
+            self.carry(place, number, object);
+        }
+        place
+    }
+
+    #[inline(always)]
+    fn corners(&mut self, number: u32, object: &Object) -> &[DVec3; 3] {
+        let place = self.place(number, object);
+        &self.corners[place]
+    }
+
+    #[inline(never)]
+    fn carry(&mut self, place: usize, number: u32, object: &Object) {
+        let [p, q, r] = object.triangles()[number as usize];
+        let corner = |vertex: u32| world_position(&self.columns, object.vertices()[vertex as usize]);
+        let (p, q, r) = (corner(p), corner(q), corner(r));
+        let rounded = |at: [f64; 4]| {
+            Vec4::from_array(std::array::from_fn(|axis| ((at[axis] - self.origin[axis]) * self.unit) as f32))
+        };
+        let (i, j, k) = (rounded(p), rounded(q), rounded(r));
+        self.boxes[place] = RoundedBox { min: i.min(j).min(k), max: i.max(j).max(k) };
+        self.corners[place] = [p, q, r].map(|[x, y, z, _]| DVec3::new(x, y, z));
+        self.held[place] = (number, self.pair);
+    }
+
+    /// Finds the triangles of a cell that reach a box; says how many the cell has.
+    #[inline(always)]
+    fn gather(&mut self, cell: &Cell, object: &Object, within: &RoundedBox) -> usize {
+        let matrix = object.matrix();
+        if usize::from(cell.rank) == matrix.lattice().cuts().len() {
+            self.reaching(matrix.triangles_in(cell), object, within)
+        } else {
+            let mut merged = std::mem::take(&mut self.merged);
+            merged.clear();
+            merged.extend_from_slice(matrix.triangles_in(cell));
+            merged.sort_unstable();
+            merged.dedup();
+            let count = self.reaching(&merged, object, within);
+            self.merged = merged;
+            count
+        }
+    }
+
+    #[inline(always)]
+    fn reaching(&mut self, numbers: &[u32], object: &Object, within: &RoundedBox) -> usize {
+        self.reaching.clear();
+        for &number in numbers {
+            let place = self.place(number, object);
+            let bounds = self.boxes[place];
+            if bounds.overlaps(within) {
+                self.reaching.push((bounds.common(within), number));
+            }
+        }
+        numbers.len()
+    }
+}
+
+/// As [`world_vertex`], to the bit, with all axes side by side.
+#[inline(always)]
+fn world_position(columns: &[[f64; 4]; 4], [x, y, z]: [f64; 3]) -> [f64; 4] {
+    let [a, b, c, d] = columns;
+    std::array::from_fn(|axis| ((a[axis] * x + b[axis] * y) + c[axis] * z) + d[axis])
 }
 
 /// Candidates of this pair of bodies, by a hash of their numbers; one that is overwritten is tested again, to no harm.

@@ -25,6 +25,7 @@ use crate::motion::Motion;
 use crate::report::{Report, StageCounts, StageTimes, Verdict};
 use crate::scene::Body;
 use crate::transforms::{RigidMotion, motion};
+use crate::voxel_pairs::VoxelPair;
 use crate::workforce::Workforce;
 use coherence::{Clearance, Memory};
 use conclusion::AT_CONTACTS;
@@ -34,7 +35,7 @@ use reach::{FAR, Reach};
 pub(crate) use response::StepResponse;
 pub(crate) use results::Results;
 use unmoved::LastStep;
-use worker::{Round, Task, Worker};
+use worker::{LeftOver, Round, Task, Worker};
 
 /// Tells the time. The kernel has no clock of its own.
 pub trait Clock: Workforce {
@@ -162,7 +163,7 @@ pub(crate) struct Step {
     reach: Reach,
     last: LastStep,
     kept: Vec<Kept>,
-    tasks: Vec<Task>,
+    work: LeftOver,
     /// One per thread of the workforce, and one for the caller.
     workers: Vec<Mutex<Worker>>,
     found: Vec<Found>,
@@ -227,28 +228,30 @@ impl Step {
     /// shared out. A pair that turns out heavy is handed back by its worker in pieces, which the next round shares out again.
     fn compare(&mut self, round: &Round<'_>) {
         self.workers.resize_with(round.clock.threads() + 1, Mutex::default);
-        self.tasks.clear();
+        self.work.tasks.clear();
+        self.work.voxels.clear();
         let open = self.kept.iter().enumerate().rev().filter(|(_, kept)| kept.needs_test());
-        self.tasks.extend(open.map(|(pair, _)| Task::whole_pair(pair as u32)));
+        self.work.tasks.extend(open.map(|(pair, _)| Task::whole_pair(pair as u32)));
         if round.limit.exists() {
             // The last ones come first: what interfered in the last step is likely to be proven soon.
-            let (kept, tasks) = (&self.kept, &mut self.tasks);
+            let (kept, tasks) = (&self.kept, &mut self.work.tasks);
             let is_likely = |pair: &u32| kept[*pair as usize].was_interfering && kept[*pair as usize].needs_test();
             let likely = (0..kept.len() as u32).rev().filter(is_likely);
             tasks.retain(|task| !kept[task.pair as usize].was_interfering);
             tasks.extend(likely.map(Task::whole_pair));
         }
         self.compare_alone(round);
-        while !self.tasks.is_empty() {
+        while !self.work.tasks.is_empty() {
             if round.limit.is_up() {
-                self.tasks.drain(..).for_each(|task| self.kept[task.pair as usize].leave_unfinished());
+                self.work.tasks.drain(..).for_each(|task| self.kept[task.pair as usize].leave_unfinished());
             } else if round.limit.is_short() {
                 self.compare_alone(round);
             } else {
-                for tasks in self.tasks.chunks(TASKS_AT_ONCE) {
-                    round.clock.share(&mut || share(tasks, &self.kept, &self.workers, round));
+                for tasks in self.work.tasks.chunks(TASKS_AT_ONCE) {
+                    let voxels = &self.work.voxels;
+                    round.clock.share(&mut || share(tasks, voxels, &self.kept, &self.workers, round));
                 }
-                self.tasks.clear();
+                self.work.tasks.clear();
             }
             self.take_left_over();
         }
@@ -264,16 +267,19 @@ impl Step {
         let Some(caller) = self.workers.last_mut() else { return };
         let worker = get_mut(caller);
         while (worker.is_light() || round.limit.is_short())
-            && let Some(task) = self.tasks.pop()
+            && let Some(task) = self.work.tasks.pop()
         {
-            worker.run(&task, &self.kept[task.pair as usize], round);
+            worker.run(&task, &self.kept[task.pair as usize], round, &self.work.voxels);
         }
         self.take_left_over();
     }
 
     fn take_left_over(&mut self) {
+        if self.work.tasks.is_empty() {
+            self.work.voxels.clear();
+        }
         for worker in &mut self.workers {
-            self.tasks.append(&mut get_mut(worker).left_over);
+            self.work.append(&mut get_mut(worker).left_over);
         }
     }
 
@@ -364,9 +370,9 @@ const TASKS_AT_ONCE: usize = 128;
 const WORK_OF_AN_EFFECT: u64 = 256;
 
 /// Runs tasks on all threads of the current pool.
-fn share(tasks: &[Task], kept: &[Kept], workers: &[Mutex<Worker>], round: &Round<'_>) {
+fn share(tasks: &[Task], voxels: &[VoxelPair], kept: &[Kept], workers: &[Mutex<Worker>], round: &Round<'_>) {
     tasks.par_iter().for_each(|task| {
-        own_worker(workers).run(task, &kept[task.pair as usize], round);
+        own_worker(workers).run(task, &kept[task.pair as usize], round, voxels);
     });
 }
 

@@ -1,60 +1,81 @@
 //! Stage 5: containers, and interference submatrices.
 //!
-//! All voxels of one level have the same size and orientation, so the fifteen axes that may separate a voxel of one body from
-//! one of the other (Gottschalk, Lin, Manocha, "OBBTree", SIGGRAPH 1996, section 5) are computed once per pair of bodies, and
-//! along each axis the reach of a voxel is one number per level. The axes are taken in the world, from the columns of the two
-//! transforms, so no inverse is needed and singular transforms are served too.
+//! All cells of one rank have the same size and orientation, so the fifteen axes that may separate a cell of one body from one
+//! of the other (Gottschalk, Lin, Manocha, "OBBTree", SIGGRAPH 1996, section 5) are computed once per pair of bodies, and
+//! along each axis the reach of a cell is one number per rank. The axes are taken in the world, from the columns of the two
+//! transforms, so no inverse is needed and singular transforms are served too. A cell is compared along all axes at once,
+//! and then again with the [box](crate::cell_boxes) within it.
 //!
 //! # Why nothing is lost
 //! A common point of two world polygons is, along any direction L, both `L·(A x + s + e)` and `L·(B y + t + f)`, where x and y
-//! lie in voxels that list the polygons, and e and f are what rounding moved the vertices by
+//! lie in cells that hold the polygons, and e and f are what rounding moved the vertices by
 //! ([`rounding_bound`](crate::affine::rounding_bound)). So `|offset + α·x − β·y|` is at most `|L|·(|e| + |f|)`, with α = AᵀL,
 //! β = BᵀL, offset = L·(s − t). Whatever vector L came out of its own rounding, this holds for it.
 //!
-//! Roundings, each of 2^-53, of what they are measured by; a and b are `|L|·|A|·reach` and `|L|·|B|·reach` (sums of magnitudes,
-//! reach the largest coordinates), m is a + b + `|L|·(|s| + |t|)`, that is `|L|·(magnitude of A + magnitude of B)`:
+//! Roundings in f64, each of 2^-53, of what they are measured by; a and b are `|L|·|A|·reach` and `|L|·|B|·reach` (sums of
+//! magnitudes, reach the largest coordinates), m is a + b + `|L|·(|s| + |t|)`, that is `|L|·(magnitude of A + magnitude of B)`:
 //!
 //! | what | roundings | of |
 //! |---|---|---|
-//! | offset: the difference, three products, two sums | 4 | `\|L\|·(\|s\| + \|t\|)` |
-//! | centre and half sides against the planes of the voxel: 3 in a plane, 3 in the centre | 6 | a, b |
-//! | α·centre: 3 in α, 3 in the product with it | 6 | a, b |
-//! | reach, `\|α\|·half sides`: 3 and 3 | 6 | a, b |
-//! | position, its sum with α·centre, reach and slack, their sum | 4 | m |
+//! | offset of the origins: the difference, three products, two sums | 4 | `\|L\|·(\|s\| + \|t\|)` |
+//! | offset of the middles: 3 in α, the product, six sums | 10 | m |
+//! | middle, half sides and centre against the planes of the voxel: 3 in a plane, 3 in the others | 6 | a, b |
+//! | centre of a cell, a share of the container's edges: 3 in α, 3 in products and the scale, 2 in the sum | 8 | a, b |
+//! | reach, likewise without its sum | 5 | a, b |
+//! | the scale of the offset, and the sums of offset and centres | 3 | m |
 //! | e and f | 5 | m |
 //!
-//! Together 27 of m. [`reached`](PairFrame::reached) needs no centre and no reach of the voxel that is split, but has the skew (3
-//! in α, 2 in its own products) and three more sums: 28. Its quotients are rounded to nearest and then compared with planes,
-//! which are f64: rounding is monotone, so a quotient does not pass a plane that the exact one does not pass. [`SLACK`] is
-//! more than twice as much, for the terms of second order and the rounding of magnitude and slack themselves.
+//! Together 41 of m; that of the containers, which is compared in f64, has no centre of a cell but seven sums in its reach. [`SLACK`]
+//! is half as much again, for the terms of second order and the rounding of magnitude and slack themselves.
 //!
-//! Underflow: L is at most 2 along each world axis, and a product loses 2^-1075. That is three products in each of offset,
-//! α·centre and reach, 18 in e and f times 2, and in α three times the coordinates: all below [`UNDERFLOW`] times (4 + sum of
-//! coordinates). Halving subnormal coordinates loses 2^-1075 four times, which α may make large: [`HALVING`] is added to half
-//! sides.
+//! Everything along an axis is divided by what the containers reach along it, so that f32 holds it. Roundings there, of u =
+//! 2^-24; R is what two cells reach, slack included. Where they have a common point, their centres are no farther apart. A part
+//! reaches an eighth of its parent or more along each axis, so R shrinks to an eighth by a cut at most. `between`, computed in
+//! f64, is within 9u·R of its place when it is rounded, R that of the part about to be reached. The centre of a part is within
+//! 24u·R of its place (the edge, two sums), and the sum with it is rounded: 25u·R with each expansion. After [`STALE`] = 3 of
+//! them that is (34·64 + 25·8 + 25)·u·R. A box within a cell adds 12u·R. Reaches are sums of three products, below 8u·R.
+//! Together below 2^-12·R, of which [`WIDEN`] is twice as much; for boxes, too, R is that of the whole cells. What underflows
+//! in f32 is far below the slack, which is 2^-48 of what the containers reach or more.
+//!
+//! Underflow in f64: L is at most 2 along each world axis, and a product loses 2^-1075. That is three products in each of offset,
+//! α·centre and reach, 18 in e and f times 2, and in α three times the coordinates: all far below [`UNDERFLOW`] times (4 + sum
+//! of coordinates). Halving subnormal coordinates loses 2^-1075 four times, which α may make large: it is added where there are any.
 //!
 //! Overflow: every term and partial sum is at most m, up to rounding. The slack is computed from 2m, which overflows before any
-//! of them can. Then the slack is infinite, or a comparison sees NaN, and nothing is discarded.
+//! of them can. Then a comparison sees NaN or an infinite reach, and nothing is discarded.
+//!
+//! [`STALE`]: crate::voxel_pairs::STALE
+
+mod containers;
+mod lanes;
+mod side;
+mod world_boxes;
 
 use glam::DVec3;
 
 use crate::affine::Rows;
+use crate::cells::{Cell, Cut};
 use crate::container::{HALVINGS_PER_LEVEL, MAX_ORDER};
 use crate::object::Object;
-use crate::path::length_at_most;
 use crate::polygon_box::unit_scale;
+use containers::{Along, Containers};
+use lanes::LANES;
+pub(crate) use lanes::Lanes;
+use side::{PartsAlong, Side};
+pub(crate) use world_boxes::BoxFrame;
 
 const SLACK: f64 = 64.0 * (f64::EPSILON / 2.0);
-/// 2^-1060.
-pub(crate) const UNDERFLOW: f64 = f64::from_bits(1 << 14);
+/// 2^-1020. Far more than underflow can take, but normal: arithmetic with subnormal numbers is a hundred times slower.
+pub(crate) const UNDERFLOW: f64 = 4.0 * f64::MIN_POSITIVE;
+/// 2^-900. What halving takes from larger coordinates is nothing to what rounding does.
+const SMALLEST: f64 = f64::from_bits((1023 - 900) << 52);
 /// 2^-1072.
 pub(crate) const HALVING: f64 = f64::from_bits(1 << 2);
+/// 1 + 2^-11: covers what f32 rounds.
+const WIDEN: f32 = 1.0 + 1.0 / 2048.0;
 
 /// Levels of the pyramid, the voxels of the full order included.
 pub(crate) const MAX_LEVELS: usize = (MAX_ORDER.div_ceil(HALVINGS_PER_LEVEL) + 1) as usize;
-
-/// Face normals of the first body, face normals of the second, products of their edges.
-const AXES: usize = 15;
 
 /// One of the two bodies of a pair, as this stage sees it.
 #[derive(Clone, Copy)]
@@ -79,39 +100,6 @@ impl Voxel {
     pub const CONTAINER: Voxel = Voxel { level: 0, number: 0, index: [0; 3] };
 }
 
-/// What one body contributes to the separating axes.
-#[derive(Debug, Clone, Copy)]
-struct Side {
-    /// Per axis: transform's transpose times the axis.
-    along: [DVec3; AXES],
-    /// Per level and axis: half the extent of a voxel.
-    reach: [[f64; AXES]; MAX_LEVELS],
-    /// Per level: half sides of a voxel, in the object's frame.
-    half: [DVec3; MAX_LEVELS],
-    /// Per level: halvings of each axis.
-    bits: [[u32; 3]; MAX_LEVELS],
-    /// Per level: the longest side of a voxel in the world, roughly; decides which voxel is split.
-    size: [f64; MAX_LEVELS],
-    /// Middle of the container.
-    middle: DVec3,
-    /// The level whose voxels have children that are taken together, so many at a time: those of one voxel of the order at which
-    /// the descent ends, when that order lies within a level.
-    runs: Option<(usize, u32)>,
-}
-
-/// A pair of placed bodies, ready for comparing their voxels.
-#[derive(Debug, Clone)]
-pub(crate) struct PairFrame {
-    sides: [Side; 2],
-    offset: [f64; AXES],
-    slack: [f64; AXES],
-    /// Per side: the level at which the descent ends. Where a voxel is no larger than what rounding may move things by, its
-    /// children cannot be told apart, and comparing them all would cost the square of their number for nothing.
-    depth: [usize; 2],
-    /// Per side and axis of its lattice: what the other two coordinates can add along the face normal.
-    skew: [[f64; 3]; 2],
-}
-
 /// Which body of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Which {
@@ -128,127 +116,134 @@ impl Which {
     }
 }
 
+/// A pair of placed bodies, ready for comparing their cells. Used for one pair after the other.
+#[derive(Debug, Default)]
+pub(crate) struct PairFrame {
+    sides: [Side; 2],
+    /// From the middle of the second container to that of the first, over their reach.
+    offset: [f64; LANES],
+    slack: Lanes,
+    /// How far apart the middles of the containers may be.
+    reach: [f64; LANES],
+    boxes: BoxFrame,
+}
+
 impl PairFrame {
-    /// `None` when the containers are proven apart. `order`: the order of voxels at which the descent ends, if it is smaller than the
+    /// False when the containers are proven apart. `order`: the order of voxels at which the descent ends, if it is smaller than the
     /// object's own.
-    pub fn new(a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> Option<PairFrame> {
-        PairFrame::within(0.0, a, b, order)
+    pub fn start(&mut self, a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> bool {
+        self.start_within(0.0, a, b, order)
     }
 
-    /// Proves apart only what is proven farther apart than a clearance: the slack of each axis is larger by its length times that. `None`
+    /// Proves apart only what is proven farther apart than a clearance: the slack of each axis is larger by its length times that. False
     /// when the containers are.
-    pub fn within(clearance: f64, a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> Option<PairFrame> {
-        let (columns_a, columns_b) = (columns(a.rows), columns(b.rows));
-        let directions = directions(&columns_a, &columns_b);
-        let shift = DVec3::new(a.rows[0][3] - b.rows[0][3], a.rows[1][3] - b.rows[1][3], a.rows[2][3] - b.rows[2][3]);
-        let coordinates = reach(a.object).into_iter().chain(reach(b.object)).sum::<f64>();
-        let twice = 2.0 * (a.magnitude + b.magnitude);
-        let mut slack =
-            directions.map(|direction| direction.abs().dot(twice) * (0.5 * SLACK) + UNDERFLOW * (4.0 + coordinates));
-        if clearance > 0.0 {
-            // The sums that the slack enters have fewer roundings than this.
-            let clearance = clearance * (1.0 + 8.0 * f64::EPSILON);
-            slack.iter_mut().zip(&directions).for_each(|(slack, axis)| *slack += clearance * length_at_most(*axis));
+    pub fn start_within(&mut self, clearance: f64, a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> bool {
+        let containers = Containers::new(clearance, a, b);
+        let Some(along) = containers.along() else { return false };
+        self.scale(&along);
+        let noise = (0.5 * containers.twice).max_element() * SLACK;
+        for body in 0..2 {
+            let object = containers.placed[body].object;
+            let side = &mut self.sides[body];
+            side.start(object, &containers.columns[body], &containers.halves[body]);
+            let last = match order {
+                Some(order) if order < object.order() => {
+                    side.end_at(order, object, &containers.columns[body], &containers.halves[body])
+                }
+                _ => object.matrix().lattice().cuts().len(),
+            };
+            side.depth = side.depth(last, noise);
         }
-        let offset = directions.map(|direction| direction.dot(shift));
-        let mut sides = [Side::new(a.object, &columns_a, &directions), Side::new(b.object, &columns_b, &directions)];
-        let mut ends = [a.object, b.object].map(|object| object.matrix().depth());
-        if let Some(order) = order {
-            ends[0] = sides[0].end_at(order, a.object, &columns_a);
-            ends[1] = sides[1].end_at(order, b.object, &columns_b);
+        self.place_boxes(&containers);
+        true
+    }
+
+    /// Takes over what is along the axes, divided by the reach of the containers so that f32 can hold it.
+    fn scale(&mut self, along: &Along) {
+        /// 2^-30.
+        const UNIT: f64 = 1.0 / (1u64 << MAX_ORDER) as f64;
+        let scale = along.reach.map(|reach| 1.0 / reach);
+        let scaled = |values: &[f64; LANES]| -> [f64; LANES] { std::array::from_fn(|lane| values[lane] * scale[lane]) };
+        for (side, edges) in self.sides.iter_mut().zip(&along.edges) {
+            for axis in 0..3 {
+                let edge = scaled(&edges[axis]);
+                side.along[axis] = edge.map(|edge| edge * UNIT);
+                side.edges[axis] = Lanes::rounded(&edge);
+            }
         }
-        let skew = [skew(&sides[0], a.object, 0), skew(&sides[1], b.object, 3)];
-        let noise = (a.magnitude + b.magnitude).max_element() * SLACK;
-        let depth = [sides[0].depth(ends[0], noise), sides[1].depth(ends[1], noise)];
-        let frame = PairFrame { sides, offset, slack, depth, skew };
-        let root = Voxel::CONTAINER;
-        let seen = frame.seen_from(Which::First, root);
-        (!frame.apart(Which::First, &seen, 0, root.index, 0..AXES)).then_some(frame)
+        self.offset = scaled(&along.offset);
+        self.slack = Lanes::rounded(&scaled(&along.slack)).times(WIDEN);
+        self.reach = along.reach;
     }
 
-    /// Whether the descent ends at this voxel of `which`.
-    #[inline]
-    pub fn is_last(&self, which: Which, voxel: Voxel) -> bool {
-        usize::from(voxel.level) == self.depth[which as usize]
+    /// Whether the descent ends at this cell of `which`.
+    #[inline(always)]
+    pub fn is_last(&self, which: Which, cell: &Cell) -> bool {
+        usize::from(cell.rank) >= self.sides[which as usize].depth
     }
 
-    /// See [`Side::runs`]: how many children of a voxel of this level of `which` are taken together, if they are.
-    #[inline]
-    pub fn run_of(&self, which: Which, level: usize) -> Option<u32> {
-        self.sides[which as usize].runs.filter(|&(at, _)| at == level).map(|(_, run)| run)
+    /// The cut in place of the matrix's own of a cell of this rank, if there is one.
+    pub fn last_cut(&self, which: Which, rank: u8) -> Option<&Cut> {
+        let last = self.sides[which as usize].last_cut.as_ref();
+        last.filter(|(at, _)| *at == usize::from(rank)).map(|(_, cut)| cut)
     }
 
-    /// Halvings of each axis of the voxels of a level.
-    pub fn bits(&self, which: Which, level: usize) -> [u32; 3] {
-        self.sides[which as usize].bits[level]
-    }
-
-    /// Order of the voxels of a level.
-    pub fn order(&self, which: Which, voxel: Voxel) -> u32 {
-        self.bits(which, usize::from(voxel.level)).iter().sum()
-    }
-
-    /// The other body's voxel as the axes see it: `offset − β·centre`, so that a voxel with centre c is apart when
-    /// `|α·c + this|` exceeds what the two reach.
-    pub fn seen_from(&self, split: Which, other: Voxel) -> Seen {
-        let side = &self.sides[split.other() as usize];
-        let centre = side.centre(other.level as usize, other.index);
-        let sign = if split == Which::First { 1.0 } else { -1.0 };
-        let level = other.level as usize;
-        let mut seen = Seen { position: [0.0; AXES], reach: [0.0; AXES] };
-        for axis in 0..AXES {
-            seen.position[axis] = sign * self.offset[axis] - side.along[axis].dot(centre);
-            seen.reach[axis] = side.reach[level][axis] + self.slack[axis];
-        }
-        seen
-    }
-
-    /// The extent, along one axis of the lattice of `split`, that the other's voxel reaches; NaN or infinite where unknown.
-    pub fn reached(&self, split: Which, seen: &Seen, axis: usize) -> (f64, f64) {
-        let face = 3 * split as usize + axis;
-        let along = self.sides[split as usize].along[face][axis];
-        if along == 0.0 || !along.is_finite() {
-            return (f64::NEG_INFINITY, f64::INFINITY);
-        }
-        let reach = seen.reach[face] + self.skew[split as usize][axis];
-        let ends = [(-seen.position[face] - reach) / along, (-seen.position[face] + reach) / along];
-        if along > 0.0 { (ends[0], ends[1]) } else { (ends[1], ends[0]) }
-    }
-
-    /// Whether one of `axes` proves the voxel at `level` and `index` of `split` apart from the one that is `seen`.
-    #[inline]
-    pub fn apart(
-        &self,
+    /// The parts that a cell of this rank is cut into, as the axes see them from a cell of the other body; `between` is what
+    /// lies between the two.
+    #[inline(always)]
+    pub fn parts(
+        &mut self,
         split: Which,
-        seen: &Seen,
-        level: usize,
-        index: [u32; 3],
-        axes: std::ops::Range<usize>,
-    ) -> bool {
-        let side = &self.sides[split as usize];
-        let centre = side.centre(level, index);
-        let reach = &side.reach[level];
-        let mut axes = axes;
-        // False for NaN: what is not proven apart is kept.
-        axes.any(|axis| (side.along[axis].dot(centre) + seen.position[axis]).abs() > reach[axis] + seen.reach[axis])
-    }
-
-    /// The axes besides the face normals of `split`, which [`reached`](Self::reached) has used.
-    pub fn other_axes(split: Which) -> [std::ops::Range<usize>; 2] {
-        match split {
-            Which::First => [3..AXES, 0..0],
-            Which::Second => [0..3, 6..AXES],
+        rank: u8,
+        part_rank: u8,
+        cut: &Cut,
+        other: &Cell,
+        between: &Lanes,
+    ) -> PartsAlong<'_> {
+        if self.sides[split as usize].known >> rank & 1 == 0 {
+            self.sides[split as usize].learn(split, rank, cut);
+        }
+        let (side, beside) = (&self.sides[split as usize], &self.sides[split.other() as usize]);
+        let own = side.reach[part_rank as usize];
+        // What f32 rounds is measured by whole cells, however little their polygons reach of them.
+        let rounding = own.plus(&beside.reach[other.rank as usize]).times(WIDEN - 1.0);
+        let beside = beside.bounds(split.other(), other.rank, &other.bounds);
+        let boxes = beside.reach.plus(&self.slack).plus(&rounding);
+        PartsAlong {
+            centres: &side.parts[rank as usize],
+            base: between.plus(&beside.centre),
+            reach: own.plus(&boxes),
+            beside: boxes,
+            side,
+            split,
         }
     }
 
-    /// Centre of a voxel, in the object's frame.
-    pub fn centre(&self, which: Which, voxel: Voxel) -> DVec3 {
-        self.sides[which as usize].centre(usize::from(voxel.level), voxel.index)
+    /// `offset + α·centre − β·centre` of two cells.
+    #[inline(always)]
+    pub fn between(&self, [a, b]: &[Cell; 2]) -> Lanes {
+        let [first, second] = &self.sides;
+        let (s, t) = (a.centre.map(f64::from), b.centre.map(f64::from));
+        let mut between = self.offset;
+        for lane in 0..LANES {
+            let at = |side: &Side, centre: [f64; 3]| {
+                side.along[0][lane] * centre[0] + side.along[1][lane] * centre[1] + side.along[2][lane] * centre[2]
+            };
+            between[lane] += at(first, s) - at(second, t);
+        }
+        Lanes::rounded(&between)
     }
 
-    /// Half the sides of a voxel, in the object's frame.
-    pub fn half_sides(&self, which: Which, voxel: Voxel) -> DVec3 {
-        self.sides[which as usize].half[usize::from(voxel.level)]
+    /// Which of two cells is larger in the world.
+    #[inline(always)]
+    pub fn larger(&self, [a, b]: &[Cell; 2]) -> Which {
+        let size = |which: Which, cell: &Cell| self.sides[which as usize].size[cell.rank as usize];
+        if size(Which::First, a) >= size(Which::Second, b) { Which::First } else { Which::Second }
+    }
+
+    /// Half the sides of a cell, over those of its container.
+    pub fn shares(&self, which: Which, cell: &Cell) -> [f32; 3] {
+        self.sides[which as usize].shares[cell.rank as usize]
     }
 
     /// More than rounding can move a point of one body against one of the other, or a polygon out of a voxel that lists it.
@@ -259,88 +254,11 @@ impl PairFrame {
     /// The length of a translation that takes the containers apart: the smallest overlap along an axis.
     pub fn overlap_of_containers(&self, a: Placed<'_>, b: Placed<'_>) -> f64 {
         let directions = directions(&columns(a.rows), &columns(b.rows));
-        let (seen, side) = (self.seen_from(Which::First, Voxel::CONTAINER), &self.sides[0]);
-        let centre = side.centre(0, [0; 3]);
-        let overlaps = directions.iter().enumerate().map(|(axis, direction)| {
-            let between = (side.along[axis].dot(centre) + seen.position[axis]).abs();
-            (side.reach[0][axis] + seen.reach[axis] - between) / direction.length()
-        });
+        let overlaps = directions
+            .iter()
+            .enumerate()
+            .map(|(lane, direction)| (1.0 - self.offset[lane].abs()) * self.reach[lane] / direction.length());
         overlaps.fold(f64::INFINITY, |least, overlap| if overlap >= 0.0 { least.min(overlap) } else { least })
-    }
-
-    /// Which of two voxels is larger in the world.
-    pub fn larger(&self, a: Voxel, b: Voxel) -> Which {
-        let size = |which: Which, voxel: Voxel| self.sides[which as usize].size[voxel.level as usize];
-        if size(Which::First, a) >= size(Which::Second, b) { Which::First } else { Which::Second }
-    }
-}
-
-/// A voxel as the separating axes see it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
-    position: [f64; AXES],
-    /// Half its extent, and the slack of the axis.
-    reach: [f64; AXES],
-}
-
-impl Side {
-    fn new(object: &Object, columns: &[DVec3; 3], directions: &[DVec3; AXES]) -> Side {
-        let lattice = object.matrix().lattice();
-        let along = directions.map(|direction| DVec3::from(columns.map(|column| column.dot(direction))));
-        let container = lattice.container();
-        let mut side = Side {
-            along,
-            reach: [[0.0; AXES]; MAX_LEVELS],
-            half: [DVec3::ZERO; MAX_LEVELS],
-            bits: [[0; 3]; MAX_LEVELS],
-            size: [0.0; MAX_LEVELS],
-            middle: 0.5 * DVec3::from(container.min) + 0.5 * DVec3::from(container.max),
-            runs: None,
-        };
-        for level in 0..=object.matrix().depth() {
-            side.set_level(level, lattice.bits_at(level), object, columns);
-        }
-        side
-    }
-
-    fn set_level(&mut self, level: usize, bits: [u32; 3], object: &Object, columns: &[DVec3; 3]) {
-        let half = object.matrix().lattice().half_sides_after(bits);
-        self.bits[level] = bits;
-        self.half[level] = half;
-        self.reach[level] = self.along.map(|along| along.abs().dot(half + DVec3::splat(HALVING)));
-        let sides = [0, 1, 2].map(|axis| columns[axis].abs().max_element() * half[axis]);
-        self.size[level] = sides[0].max(sides[1]).max(sides[2]);
-    }
-
-    /// Ends the descent at the voxels of `order`, or of the object's own if that is smaller; says at which level. Where the order lies
-    /// within a level, the voxels of the next one are from now on those of the order.
-    fn end_at(&mut self, order: u32, object: &Object, columns: &[DVec3; 3]) -> usize {
-        let lattice = object.matrix().lattice();
-        if order >= lattice.order() {
-            return object.matrix().depth();
-        }
-        let (level, halvings) = ((order / HALVINGS_PER_LEVEL) as usize, order % HALVINGS_PER_LEVEL);
-        if halvings == 0 {
-            return level;
-        }
-        let children = lattice.levels()[level].place.len() as u32;
-        self.runs = Some((level, children >> halvings));
-        self.set_level(level + 1, lattice.bits_at_order(order), object, columns);
-        level + 1
-    }
-
-    /// The first level whose voxels are within `noise` of a point, or as large in the world as those of the last one (which they
-    /// are when the body is flattened across the side that is halved), or the last one.
-    fn depth(&self, last: usize, noise: f64) -> usize {
-        (0..last).find(|&level| self.size[level] <= noise.max(self.size[last])).unwrap_or(last)
-    }
-
-    /// Centre of a voxel, in the object's frame. Counted from the middle, so that nothing overflows.
-    #[inline]
-    fn centre(&self, level: usize, index: [u32; 3]) -> DVec3 {
-        let bits = self.bits[level];
-        let steps = [0, 1, 2].map(|axis| (2 * i64::from(index[axis]) + 1 - (1i64 << bits[axis])) as f64);
-        self.middle + DVec3::from(steps) * self.half[level]
     }
 }
 
@@ -353,33 +271,44 @@ pub(crate) fn columns(rows: &Rows) -> [DVec3; 3] {
     [0, 1, 2].map(|column| DVec3::new(rows[0][column], rows[1][column], rows[2][column]))
 }
 
-/// The fifteen axes. One that comes out as zero separates nothing, and flattened bodies may have no other: the world's own axes
-/// take the place of those.
-pub(crate) fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; AXES] {
-    let (a, b) = (columns_a.map(unit_scale), columns_b.map(unit_scale));
+/// The fifteen axes: face normals of the first container, face normals of the second, products of their edges. One that comes
+/// out as zero separates nothing, and flattened bodies may have no other: the world's own axes take the place of those.
+pub(crate) fn directions(columns_a: &[DVec3; 3], columns_b: &[DVec3; 3]) -> [DVec3; 15] {
+    let edges = [unit_columns(*columns_a), unit_columns(*columns_b)];
+    let (faces, products) = (faces(&edges), products(&edges));
+    std::array::from_fn(|axis| if axis < 6 { faces[axis] } else { products[axis - 6] })
+}
+
+/// The columns with components of at most 1, so that products of two of them neither overflow nor vanish.
+#[inline(always)]
+fn unit_columns(columns: [DVec3; 3]) -> [DVec3; 3] {
+    columns.map(|column| {
+        let largest = column.abs().max_element();
+        // Those of a rotation are as they should be.
+        if (0.5..=1.0).contains(&largest) { column } else { unit_scale(column) }
+    })
+}
+
+#[inline(always)]
+fn faces(edges: &[[DVec3; 3]; 2]) -> [DVec3; 6] {
+    let [a, b] = edges;
     let faces = |edges: &[DVec3; 3]| [edges[1].cross(edges[2]), edges[2].cross(edges[0]), edges[0].cross(edges[1])];
-    let mut directions = [DVec3::ZERO; AXES];
-    directions[..3].copy_from_slice(&faces(&a));
-    directions[3..6].copy_from_slice(&faces(&b));
-    for (i, edge) in a.iter().enumerate() {
-        for (j, other) in b.iter().enumerate() {
-            directions[6 + 3 * i + j] = edge.cross(*other);
-        }
-    }
+    let ([i, j, k], [l, m, n]) = (faces(a), faces(b));
+    separating([i, j, k, l, m, n])
+}
+
+#[inline(always)]
+fn products(edges: &[[DVec3; 3]; 2]) -> [DVec3; 9] {
+    let [a, b] = edges;
+    separating(std::array::from_fn(|pair| a[pair / 3].cross(b[pair % 3])))
+}
+
+#[inline(always)]
+fn separating<const COUNT: usize>(mut directions: [DVec3; COUNT]) -> [DVec3; COUNT] {
     for (axis, direction) in directions.iter_mut().enumerate() {
         if *direction == DVec3::ZERO {
             *direction = DVec3::AXES[axis % 3];
         }
     }
     directions
-}
-
-/// A face normal is at right angles to the other two edges only up to rounding.
-fn skew(side: &Side, object: &Object, first_face: usize) -> [f64; 3] {
-    let reach = reach(object);
-    [0, 1, 2].map(|axis| {
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let along = side.along[first_face + axis];
-        along[next].abs() * reach[next] + along[last].abs() * reach[last]
-    })
 }

@@ -4,11 +4,13 @@
 //! are one level: a node has 64 children, one bit each of its occupancy word, and nothing is stored for empty space. Orders
 //! between two levels are runs of that word. Memory follows the occupied voxels, not 2^M.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::cell_boxes::{CellBoxes, boxes_of_voxels};
 use crate::container::{Container, Lattice};
 use crate::object::{ObjectError, Progress};
 use crate::polygon_box::{TriangleExtents, bits_of};
@@ -55,6 +57,7 @@ pub struct VoxelMatrix {
     starts: Vec<u32>,
     /// Triangle numbers, ascending in each list.
     entries: Vec<u32>,
+    boxes: CellBoxes,
 }
 
 /// The lists of one level while it is built.
@@ -92,15 +95,19 @@ impl VoxelMatrix {
             (nodes, lists) = descend(&lattice, level, &lists, &masks, order)?;
             levels.push(nodes);
         }
-        let Lists { mut starts, mut entries, .. } = lists;
+        let Lists { mut starts, mut entries, places } = lists;
         starts.shrink_to_fit();
         entries.shrink_to_fit();
-        Ok(VoxelMatrix { lattice, levels, starts, entries })
+        let list = |voxel: usize| &entries[starts[voxel] as usize..starts[voxel + 1] as usize];
+        let boxes = boxes_of_voxels(&lattice, &places, &list, &corners_of, progress);
+        let boxes = CellBoxes::of(&lattice, &levels, boxes);
+        Ok(VoxelMatrix { lattice, levels, starts, entries, boxes })
     }
 
     fn empty() -> VoxelMatrix {
         let nothing = Container { min: [0.0; 3], max: [0.0; 3] };
-        VoxelMatrix { lattice: Lattice::new(nothing, 0), levels: Vec::new(), starts: vec![0], entries: Vec::new() }
+        let (levels, boxes) = (Vec::new(), CellBoxes::default());
+        VoxelMatrix { lattice: Lattice::new(nothing, 0), levels, starts: vec![0], entries: Vec::new(), boxes }
     }
 
     /// How the container is halved.
@@ -116,7 +123,13 @@ impl VoxelMatrix {
     /// Memory held, in bytes.
     pub fn memory_bytes(&self) -> usize {
         let nodes: usize = self.levels.iter().map(|level| size_of_val(level.as_slice())).sum();
-        nodes + size_of_val(self.starts.as_slice()) + size_of_val(self.entries.as_slice())
+        let lists = size_of_val(self.starts.as_slice()) + size_of_val(self.entries.as_slice());
+        nodes + lists + self.boxes.memory_bytes()
+    }
+
+    #[inline(always)]
+    pub(crate) fn boxes(&self) -> &CellBoxes {
+        &self.boxes
     }
 
     /// The number of levels that are halved further; a voxel of this level has a list.
@@ -148,14 +161,25 @@ impl VoxelMatrix {
     /// all voxels in it, one after the other.
     #[inline]
     pub(crate) fn triangles(&self, level: usize, number: u32) -> &[u32] {
-        let (mut first, mut end) = (number, number + 1);
+        self.triangles_of(level, number..number + 1)
+    }
+
+    /// The lists of consecutive voxels of the full order, one after the other.
+    #[inline]
+    pub(crate) fn entries_of(&self, lists: Range<u32>) -> &[u32] {
+        &self.entries[self.starts[lists.start as usize] as usize..self.starts[lists.end as usize] as usize]
+    }
+
+    /// The lists of consecutive voxels of `level`, one after the other.
+    #[inline]
+    pub(crate) fn triangles_of(&self, level: usize, Range { start: mut first, mut end }: Range<u32>) -> &[u32] {
         // The children of consecutive nodes are consecutive.
         for (at, nodes) in self.levels.iter().enumerate().skip(level) {
             let voxels = || self.levels.get(at + 1).map_or(self.occupied_voxels(), Vec::len) as u32;
             end = nodes.get(end as usize).map_or_else(voxels, |node| node.first_child);
             first = nodes[first as usize].first_child;
         }
-        &self.entries[self.starts[first as usize] as usize..self.starts[end as usize] as usize]
+        self.entries_of(first..end)
     }
 
     /// The occupied voxels of a coarser order (or the full one) as places per axis, ascending by halving, each once.

@@ -1,79 +1,130 @@
 //! Stage 6: pairs of voxels that reach each other.
 //!
-//! The two pyramids are descended together, depth first. Of a pair of voxels the larger one is split: the block of its
-//! children that the other's extent reaches, ANDed with the occupancy word, is the interference submatrix of that node, and
-//! what the remaining axes do not prove apart goes on.
+//! The two pyramids are descended together, [cell](crate::cells) by cell. Of a pair of cells the larger one is cut: its occupied
+//! parts that the axes do not prove apart from the other cell, or from the box within it, are the interference submatrix of
+//! that cell, and go on.
 //!
-//! Nothing is lost, by induction: where a pair of voxels holds a common point of two listed triangles, the children of the
-//! split one cover it ([`Lattice::plane`](crate::container::Lattice)), the child with the point lists the triangle
-//! (`polygon_box`), and that child is not proven apart (`submatrix`). Ending the descent anywhere discards nothing: the lists
-//! of the voxels are then compared as they are.
+//! Nothing is lost, by induction: where a pair of cells holds a common point of two listed triangles, the parts of the one that
+//! is cut cover it ([`Lattice::plane`](crate::container::Lattice)), the part with the point lists the triangle
+//! (`polygon_box`) and has the point in its box (`cell_boxes`), and that part is not proven apart (`submatrix`). Ending the
+//! descent anywhere discards nothing: the lists of the cells are then compared as they are.
 
+use crate::cells::Cell;
 use crate::object::Object;
-use crate::polygon_box::bits_of;
 use crate::report::StageCounts;
-use crate::submatrix::{PairFrame, Seen, Voxel, Which};
+use crate::submatrix::{Lanes, PairFrame, Which};
 
 /// Pairs of triangles that are compared as they are: about what it costs to split a voxel.
 const FEW: u64 = 4;
 
-/// A voxel is not split when its children, those that the other voxel reaches, hold so many times its triangles or more:
-/// polygons that are large for the voxels would only be met again and again.
+/// A cell is not cut when its parts, those that the other cell reaches, hold so many times its triangles or more: polygons that
+/// are large for the cells would only be met again and again.
 const MOST_REPEATED: u32 = 4;
 
-/// Two voxels, one of each body, not proven apart.
+/// Expansions after which the place of a cell is computed anew in f64: see [`submatrix`](crate::submatrix).
+pub(crate) const STALE: u8 = 3;
+
+/// Two cells, one of each body, not proven apart.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct VoxelPair {
-    pub a: Voxel,
-    pub b: Voxel,
-    /// Whether the first, or the second, is not worth splitting.
+    /// From the second centre to the first, along the separating axes.
+    between: Lanes,
+    pub cells: [Cell; 2],
+    /// Expansions since `between` was computed from the cells alone.
+    age: u8,
+    /// Whether the first, or the second, is not worth cutting.
     whole: [bool; 2],
 }
 
 impl VoxelPair {
     /// The two containers.
-    pub const CONTAINERS: VoxelPair = VoxelPair::of(Voxel::CONTAINER, Voxel::CONTAINER);
-
-    pub const fn of(a: Voxel, b: Voxel) -> VoxelPair {
-        VoxelPair { a, b, whole: [false; 2] }
+    pub fn containers([a, b]: [&Object; 2]) -> VoxelPair {
+        VoxelPair::of([Cell::container(a), Cell::container(b)])
     }
 
-    /// The pair with another voxel in place of one of its own.
-    fn with(&self, which: Which, voxel: Voxel) -> VoxelPair {
-        match which {
-            Which::First => VoxelPair { a: voxel, ..*self },
-            Which::Second => VoxelPair { b: voxel, ..*self },
-        }
+    pub fn of(cells: [Cell; 2]) -> VoxelPair {
+        VoxelPair { between: Lanes::default(), cells, age: STALE, whole: [false; 2] }
+    }
+}
+
+/// Pairs that are still to be looked at.
+///
+/// Those whose cells lie deep in each other come first, since they are the likeliest to hold polygons that meet; of these the
+/// latest, so that few are open at a time.
+#[derive(Debug, Default)]
+pub(crate) struct Open {
+    stacks: [Vec<VoxelPair>; SHALLOW.len() + 1],
+}
+
+/// Cells whose centres are farther apart along some axis than this share of what they reach are less deep in each other.
+const SHALLOW: [f32; 3] = [0.4, 0.6, 0.8];
+
+impl Open {
+    /// Forgets all pairs but these, of which the last one comes first.
+    pub fn start(&mut self, pairs: impl IntoIterator<Item = VoxelPair>) {
+        self.stacks.iter_mut().for_each(Vec::clear);
+        self.stacks[0].extend(pairs);
+        self.measure_anew();
+    }
+
+    /// The places of the cells are to be computed anew, for another frame.
+    pub fn measure_anew(&mut self) {
+        self.stacks.iter_mut().flatten().for_each(|pair| pair.age = STALE);
+    }
+
+    /// A pair that is looked at before all others.
+    pub fn put_first(&mut self, pair: VoxelPair) {
+        self.stacks[0].push(pair);
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.stacks.iter().all(Vec::is_empty)
+    }
+
+    /// The latest pairs of each depth.
+    pub fn latest(&self, count: usize) -> impl Iterator<Item = &VoxelPair> {
+        self.stacks.iter().flat_map(move |stack| stack.iter().rev().take(count))
+    }
+
+    /// Takes all of them out.
+    pub fn drain(&mut self) -> impl Iterator<Item = VoxelPair> {
+        self.stacks.iter_mut().flat_map(|stack| stack.drain(..))
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<VoxelPair> {
+        self.stacks.iter_mut().find_map(Vec::pop)
     }
 }
 
 /// The descent through one pair of pyramids.
 pub(crate) struct Descent<'s> {
-    pub frame: &'s PairFrame,
-    pub a: &'s Object,
-    pub b: &'s Object,
+    pub frame: &'s mut PairFrame,
+    pub objects: [&'s Object; 2],
+    /// Whether it may end early, so that the order matters.
+    pub deepest_first: bool,
 }
 
 impl Descent<'_> {
-    /// Goes on until `leaves` has `wanted` pairs of voxels that are not split further, or `stack` is empty, or `budget`
+    /// Goes on until `leaves` has `wanted` pairs of cells that are not cut further, or nothing is `open`, or `budget`
     /// comparisons have been made.
     pub fn advance(
-        &self,
-        stack: &mut Vec<VoxelPair>,
+        &mut self,
+        open: &mut Open,
         leaves: &mut Vec<VoxelPair>,
         wanted: usize,
         budget: &mut i64,
         counts: &mut StageCounts,
     ) {
         while leaves.len() < wanted && *budget > 0 {
-            let Some(pair) = stack.pop() else { return };
+            let Some(pair) = open.pop() else { return };
             match self.split(&pair) {
                 None => {
                     counts.voxel_pairs += 1;
                     leaves.push(pair);
                 }
                 Some(split) => {
-                    let visited = self.expand(&pair, split, stack, true);
+                    let visited = self.expand(pair, split, open, true);
                     counts.voxels_visited += visited;
                     *budget -= visited as i64 + 1;
                 }
@@ -81,141 +132,110 @@ impl Descent<'_> {
         }
     }
 
-    /// Goes down to the voxels at which the frame ends, whatever their lists hold, until a pair of them is found of which `reaches` says
-    /// that they reach each other, or `stack` is empty, or `budget` comparisons have been made.
+    /// Goes down to the cells at which the frame ends, whatever their lists hold, until a pair of them is found of which `reaches` says
+    /// that they reach each other, or nothing is `open`, or `budget` comparisons have been made.
     pub fn find(
-        &self,
-        stack: &mut Vec<VoxelPair>,
-        reaches: impl Fn(&VoxelPair) -> bool,
+        &mut self,
+        open: &mut Open,
+        reaches: impl Fn(&PairFrame, &VoxelPair) -> bool,
         budget: &mut i64,
         counts: &mut StageCounts,
     ) -> Option<VoxelPair> {
         while *budget > 0 {
-            let pair = stack.pop()?;
+            let pair = open.pop()?;
             let Some(split) = self.larger_to_split(&pair) else {
                 counts.voxel_pairs += 1;
                 *budget -= 1;
-                if reaches(&pair) {
+                if reaches(self.frame, &pair) {
                     return Some(pair);
                 }
                 continue;
             };
-            let visited = match self.frame.run_of(split, split_level(&pair, split)) {
-                Some(run) => self.expand_runs(&pair, split, run, stack),
-                None => self.expand(&pair, split, stack, false),
-            };
+            let visited = self.expand(pair, split, open, false);
             counts.voxels_visited += visited;
             *budget -= visited as i64 + 1;
         }
         None
     }
 
-    /// Which voxel to split; `None` when neither can be, or need be.
+    /// Which cell to cut; `None` when neither can be, or need be.
+    #[inline(always)]
     fn split(&self, pair: &VoxelPair) -> Option<Which> {
-        let triangles = |object: &Object, voxel: Voxel| {
-            u64::from(object.matrix().triangle_count(usize::from(voxel.level), voxel.number))
-        };
-        if triangles(self.a, pair.a) * triangles(self.b, pair.b) <= FEW {
+        let [a, b] = &pair.cells;
+        if u64::from(a.triangles) * u64::from(b.triangles) <= FEW {
             return None;
         }
         self.larger_to_split(pair)
     }
 
-    /// The larger voxel of those that can be split.
+    /// The larger cell of those that can be cut.
+    #[inline(always)]
     fn larger_to_split(&self, pair: &VoxelPair) -> Option<Which> {
-        let last = |which: Which, voxel: Voxel| pair.whole[which as usize] || self.frame.is_last(which, voxel);
-        match (last(Which::First, pair.a), last(Which::Second, pair.b)) {
+        let last = |which: Which| pair.whole[which as usize] || self.frame.is_last(which, &pair.cells[which as usize]);
+        match (last(Which::First), last(Which::Second)) {
             (true, true) => None,
             (true, false) => Some(Which::Second),
             (false, true) => Some(Which::First),
-            (false, false) => Some(self.frame.larger(pair.a, pair.b)),
+            (false, false) => Some(self.frame.larger(&pair.cells)),
         }
     }
 
-    /// Pushes the pairs of the split voxel's children with the other voxel; says how many children were compared.
-    /// `sparing`: a voxel whose polygons are large for its children is left whole.
-    fn expand(&self, pair: &VoxelPair, split: Which, stack: &mut Vec<VoxelPair>, sparing: bool) -> u64 {
-        let (object, parent, other) = self.sides(pair, split);
-        let (matrix, level) = (object.matrix(), parent.level as usize);
-        let node = matrix.node(level, parent.number);
-        let halved = &matrix.lattice().levels()[level];
-        let seen = self.frame.seen_from(split, other);
-        let submatrix = self.submatrix(object, parent, split, &seen);
-        let axes = PairFrame::other_axes(split);
-        let (first_new, mut repeated) = (stack.len(), 0);
-        for child in bits_of(submatrix) {
-            let place = halved.place[child as usize];
-            let index = [0, 1, 2].map(|axis| parent.index[axis] << halved.bits[axis] | u32::from(place[axis]));
-            if axes.iter().any(|axes| self.frame.apart(split, &seen, level + 1, index, axes.clone())) {
-                continue;
-            }
-            let voxel = Voxel { level: parent.level + 1, number: node.child(child), index };
-            repeated += matrix.triangle_count(level + 1, voxel.number);
-            stack.push(pair.with(split, voxel));
-        }
-        if sparing && repeated / MOST_REPEATED >= node.triangles {
-            stack.truncate(first_new);
-            let mut whole = *pair;
-            whole.whole[split as usize] = true;
-            stack.push(whole);
-        }
-        u64::from(submatrix.count_ones())
-    }
-
-    /// As [`expand`](Self::expand), the children taken together `run` at a time: they are voxels of the order at which the frame ends.
-    fn expand_runs(&self, pair: &VoxelPair, split: Which, run: u32, stack: &mut Vec<VoxelPair>) -> u64 {
-        let (object, parent, other) = self.sides(pair, split);
-        let level = parent.level as usize;
-        let halved = &object.matrix().lattice().levels()[level];
-        let seen = self.frame.seen_from(split, other);
-        let submatrix = self.submatrix(object, parent, split, &seen);
-        let (bits, axes) = (self.frame.bits(split, level + 1), PairFrame::other_axes(split));
-        let mut visited = 0;
-        for first in (0..halved.place.len() as u32).step_by(run as usize) {
-            // `run` is at most half of 64: the shift cannot overflow.
-            if submatrix >> first & ((1 << run) - 1) == 0 {
-                continue;
-            }
-            visited += 1;
-            let place = halved.place[first as usize];
-            let index = [0, 1, 2].map(|axis| {
-                let fine = parent.index[axis] << halved.bits[axis] | u32::from(place[axis]);
-                fine >> (halved.bits_before[axis] + halved.bits[axis] - bits[axis])
-            });
-            if !axes.iter().any(|axes| self.frame.apart(split, &seen, level + 1, index, axes.clone())) {
-                // It has no list, and no number: the descent ends here.
-                stack.push(pair.with(split, Voxel { level: parent.level + 1, number: u32::MAX, index }));
-            }
-        }
-        visited
-    }
-
-    /// The object, and the voxel of it, that is split; and the other's voxel.
-    fn sides(&self, pair: &VoxelPair, split: Which) -> (&Object, Voxel, Voxel) {
-        match split {
-            Which::First => (self.a, pair.a, pair.b),
-            Which::Second => (self.b, pair.b, pair.a),
-        }
-    }
-
-    /// The occupied children within the block that the other's extent reaches.
+    /// Opens the pairs of the cut cell's parts with the other cell; says how many parts were compared. `sparing`: a cell whose
+    /// polygons are large for its parts is left whole.
     #[inline(always)]
-    fn submatrix(&self, object: &Object, parent: Voxel, split: Which, seen: &Seen) -> u64 {
-        let (matrix, level) = (object.matrix(), parent.level as usize);
-        let lattice = matrix.lattice();
-        let halved = &lattice.levels()[level];
-        let bits = lattice.bits_at(level + 1);
-        let mut submatrix = matrix.node(level, parent.number).occupied;
-        for axis in 0..3 {
-            let (min, max) = self.frame.reached(split, seen, axis);
-            let first = parent.index[axis] << halved.bits[axis];
-            let places = lattice.places_reached(axis, bits[axis], first, halved.bits[axis], min, max);
-            submatrix &= halved.children_between(axis, places);
+    fn expand(&mut self, mut pair: VoxelPair, split: Which, open: &mut Open, sparing: bool) -> u64 {
+        let matrix = self.objects[split as usize].matrix();
+        let parent = pair.cells[split as usize];
+        let mut cut = &matrix.lattice().cuts()[parent.rank as usize];
+        let mut parts = matrix.parts(&parent);
+        let last_cut;
+        if let Some(last) = self.frame.last_cut(split, parent.rank) {
+            parts.merge(&parent, cut, last.axes().len());
+            last_cut = last.clone();
+            cut = &last_cut;
         }
-        submatrix
+        if pair.age == STALE {
+            (pair.between, pair.age) = (self.frame.between(&pair.cells), 0);
+        }
+        let (base, before) = (pair.between, open.stacks.each_ref().map(Vec::len));
+        let other = pair.cells[split.other() as usize];
+        let along = self.frame.parts(split, parent.rank, parts.rank, cut, &other, &base);
+        pair.age += 1;
+        let (mut repeated, mut occupied) = (0, parts.occupied);
+        while occupied != 0 {
+            let part = occupied.trailing_zeros() as usize;
+            occupied &= occupied - 1;
+            if let Some(between) = along.part(part) {
+                let bounds = matrix.bounds_of_part(&parent, &parts);
+                if let Some((apart, reach)) = along.bounds(&between, parts.rank, &bounds) {
+                    let cell = matrix.part(&parent, &parts, cut, part, bounds);
+                    repeated += cell.triangles;
+                    pair.cells[split as usize] = cell;
+                    pair.between = base.plus(&along.centres[part]);
+                    let depth = if self.deepest_first { depth(&apart, &reach) } else { 0 };
+                    open.stacks[depth].push(pair);
+                }
+            }
+            parts.pass();
+        }
+        if sparing && parent.rank % 2 == 1 && repeated / MOST_REPEATED >= parent.triangles {
+            open.stacks.iter_mut().zip(before).for_each(|(stack, before)| stack.truncate(before));
+            (pair.between, pair.cells[split as usize]) = (base, parent);
+            pair.age -= 1;
+            pair.whole[split as usize] = true;
+            open.stacks[0].push(pair);
+        }
+        u64::from(parts.occupied.count_ones())
     }
 }
 
-fn split_level(pair: &VoxelPair, split: Which) -> usize {
-    usize::from(if split == Which::First { pair.a.level } else { pair.b.level })
+/// Which stack a pair belongs on.
+#[inline(always)]
+fn depth(between: &Lanes, reach: &Lanes) -> usize {
+    let [first, second, third] = SHALLOW;
+    if between.any_beyond(&reach.times(second)) {
+        2 + usize::from(between.any_beyond(&reach.times(third)))
+    } else {
+        usize::from(between.any_beyond(&reach.times(first)))
+    }
 }

@@ -113,10 +113,11 @@ pub(crate) fn of_triangles(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
 }
 
 /// A distance that two triangles at world positions, which do not interfere, exceed or have.
-pub(crate) fn of_triangles_at_least(p: &WorldTriangle, q: &WorldTriangle) -> f64 {
-    let both = p.bounds.joined(&q.bounds);
-    let nearest = triangles::nearest(&p.corners, &q.corners);
-    (nearest.lower.min(nearest.value) - 2.0 * ERROR * (both.max - both.min).element_sum()).max(0.0)
+pub(crate) fn of_triangles_at_least(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
+    let corners = || p.iter().chain(q).copied();
+    let (min, max) = (corners().fold(p[0], DVec3::min), corners().fold(p[0], DVec3::max));
+    let nearest = triangles::nearest(p, q);
+    (nearest.lower.min(nearest.value) - 2.0 * ERROR * (max - min).element_sum()).max(0.0)
 }
 
 /// Two voxels that may be nearer than the best pair of triangles.

@@ -1,5 +1,6 @@
 //! Two triangles that proved a common point of a pair in the last step, and where to look when they do so no more.
 
+use crate::cells::Cell;
 use crate::object::Object;
 use crate::polygon_box::bits_of;
 use crate::polygon_pairs::WorldTriangle;
@@ -20,7 +21,8 @@ pub(super) fn holds([p, q]: Witness, (a, b): (&Body, &Body)) -> bool {
 
 /// The voxels that the triangles are in, of the last level that has children: surfaces that met there meet near by a little later.
 pub(super) fn neighbourhood([p, q]: Witness, (a, b): (&Body, &Body)) -> Option<VoxelPair> {
-    Some(VoxelPair::of(voxel_around(p, &a.object)?, voxel_around(q, &b.object)?))
+    let cell = |triangle: u32, object: &Object| Some(Cell::voxel(object.matrix(), voxel_around(triangle, object)?));
+    Some(VoxelPair::of([cell(p, &a.object)?, cell(q, &b.object)?]))
 }
 
 /// `None` when rounding hides which it is, or when there is no such level below the container.

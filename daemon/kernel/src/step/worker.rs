@@ -1,14 +1,17 @@
 //! One thread's share of stages 5 to 9.
 
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 use super::conclusion::{AT_CONTACTS, Conclusion};
 use super::limit::Limit;
 use super::witness::{self, Witness};
 use super::{Clock, Kept, Stopwatch, World};
+use crate::accuracy::Accuracy;
 use crate::effects::contacts::TrianglePair;
 use crate::effects::distance::of_triangles_at_least;
 use crate::effects::{Effects, Found, Touching};
+use crate::object::Object;
 use crate::open_bound::{self, Bounds};
 use crate::polygon_pairs::Candidates;
 use crate::polygon_test::triangles_in;
@@ -16,13 +19,13 @@ use crate::predicates::{AnyRange, Arithmetic, TAME_LIMIT, Tame};
 use crate::report::{Level, OpenBound, StageCounts, StageTimes};
 use crate::scene::Body;
 use crate::submatrix::{PairFrame, Placed};
-use crate::voxel_pairs::{Descent, VoxelPair};
+use crate::voxel_pairs::{Descent, Open, VoxelPair};
 
-/// Voxels compared before a pair counts as heavy and is shared: some 50 µs of work, many times what sharing costs.
+/// Voxels compared before a pair counts as heavy and is shared: some 150 µs of work, many times what sharing costs.
 const BUDGET: i64 = 4096;
 
 /// Voxels compared before a step is worth sharing: some 20 µs of work, about what it takes to wake another thread.
-const LIGHT: u64 = 256;
+const LIGHT: u64 = 512;
 
 /// The same for a pair that is looked at for the first, second, … time in a step with a budget: every pair gets its share before one gets
 /// more, and to begin anew costs less than what the last time took.
@@ -43,6 +46,9 @@ const TESTS_AT_ONCE: u64 = 8;
 /// What it costs to look at a pair at all, in comparisons of voxels.
 const WORK_OF_A_PAIR: u64 = 16;
 
+/// The most pieces that a heavy pair is handed back in: several for each thread.
+const PIECES: usize = 8;
+
 /// Voxels put aside of which the best bound is sought.
 const MOST_BOUNDS: usize = 8;
 
@@ -58,7 +64,6 @@ struct Visit<'v> {
     task: &'v Task,
     kept: &'v Kept,
     bodies: (&'v Body, &'v Body),
-    descent: Descent<'v>,
     limit: &'v Limit<'v>,
 }
 
@@ -68,19 +73,13 @@ struct Work {
     batch: usize,
 }
 
-impl<'v> Visit<'v> {
-    fn new(
-        task: &'v Task,
-        kept: &'v Kept,
-        bodies: (&'v Body, &'v Body),
-        frame: &'v PairFrame,
-        limit: &'v Limit<'v>,
-    ) -> Visit<'v> {
-        Visit { task, kept, bodies, descent: Descent { frame, a: &bodies.0.object, b: &bodies.1.object }, limit }
+impl Visit<'_> {
+    fn objects(&self) -> [&Object; 2] {
+        [&self.bodies.0.object, &self.bodies.1.object]
     }
 
-    fn bounds(&self) -> Bounds<'_> {
-        Bounds { frame: self.descent.frame, a: placed(self.bodies.0), b: placed(self.bodies.1) }
+    fn bounds<'f>(&'f self, frame: &'f PairFrame) -> Bounds<'f> {
+        Bounds { frame, a: placed(self.bodies.0), b: placed(self.bodies.1) }
     }
 
     /// Voxels to compare before the pair counts as heavy, or others have their turn.
@@ -110,29 +109,68 @@ impl<'v> Visit<'v> {
 }
 
 /// A pair of bodies, or a part of one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Task {
     /// Which of the kept pairs.
     pub pair: u32,
-    voxels: VoxelPair,
+    /// Of a part: where its pairs of voxels stand among those that were left over.
+    voxels: Option<Range<usize>>,
     /// How many times it was given up for the sake of other pairs.
     round: u8,
 }
 
 impl Task {
     pub fn whole_pair(pair: u32) -> Task {
-        Task { pair, voxels: VoxelPair::CONTAINERS, round: 0 }
+        Task { pair, voxels: None, round: 0 }
     }
 
     fn is_whole(&self) -> bool {
-        (self.voxels.a.level, self.voxels.b.level) == (0, 0)
+        self.voxels.is_none()
+    }
+}
+
+/// Work for the next round.
+#[derive(Debug, Default)]
+pub(crate) struct LeftOver {
+    pub tasks: Vec<Task>,
+    /// The pairs of voxels of all parts.
+    pub voxels: Vec<VoxelPair>,
+}
+
+impl LeftOver {
+    /// Appends what another one holds, which then is empty.
+    pub fn append(&mut self, other: &mut LeftOver) {
+        let first = self.voxels.len();
+        self.tasks.extend(other.tasks.drain(..).map(|mut task| {
+            task.voxels = task.voxels.map(|voxels| first + voxels.start..first + voxels.end);
+            task
+        }));
+        self.voxels.append(&mut other.voxels);
+    }
+
+    /// Takes in what is open of a task, in pieces. Each holds some of all sizes.
+    fn put(&mut self, task: &Task, open: &mut Open) {
+        let first = self.voxels.len();
+        self.voxels.extend(open.drain());
+        let count = self.voxels.len() - first;
+        let pieces = count.min(PIECES);
+        for piece in 0..pieces {
+            let start = self.voxels.len();
+            for at in (piece..count).step_by(pieces) {
+                self.voxels.push(self.voxels[first + at]);
+            }
+            let voxels = start - count..self.voxels.len() - count;
+            self.tasks.push(Task { voxels: Some(voxels), pair: task.pair, round: task.round });
+        }
+        self.voxels.drain(first..first + count);
     }
 }
 
 /// Memory of one thread, kept from step to step.
 #[derive(Debug, Default)]
 pub(crate) struct Worker {
-    stack: Vec<VoxelPair>,
+    frame: Option<Box<PairFrame>>,
+    open_voxels: Open,
     leaves: Vec<VoxelPair>,
     candidates: Candidates,
     /// Stage 9.
@@ -146,7 +184,7 @@ pub(crate) struct Worker {
     /// How far apart the bodies of the task are known to be, if no point in common turns up; see [`Clearance`](super::coherence::Clearance).
     clearance: f64,
     /// Parts of heavy pairs, for the next round.
-    pub left_over: Vec<Task>,
+    pub left_over: LeftOver,
     /// What is known of pairs that are refined as far as their accuracy asks, and open; each once.
     pub open: Vec<(u32, OpenBound)>,
     /// What is known of pairs that were put aside in a step with a budget.
@@ -161,8 +199,8 @@ impl Worker {
         self.counts.voxels_visited < LIGHT
     }
 
-    /// Looks at a pair, or a part of one, at the accuracy it asks for.
-    pub fn run(&mut self, task: &Task, kept: &Kept, round: &Round<'_>) {
+    /// Looks at a pair, or a part of one, at the accuracy it asks for. `left_over`: the voxels of all parts.
+    pub fn run(&mut self, task: &Task, kept: &Kept, round: &Round<'_>, left_over: &[VoxelPair]) {
         if is_decided(kept) {
             return;
         }
@@ -172,84 +210,94 @@ impl Worker {
         let mut stopwatch = Stopwatch { clock: round.clock, last: round.clock.nanoseconds() };
         let accuracy = round.world.accuracy_of(kept);
         let bodies = (&round.world.bodies[kept.a as usize], &round.world.bodies[kept.b as usize]);
-        match accuracy.level {
-            Level::GlobalBoxes => {
-                let boxes = [kept.a, kept.b].map(|body| &round.world.boxes[body as usize]);
-                self.leave_open(task.pair, kept, open_bound::of_boxes(boxes[0], boxes[1]));
-            }
-            Level::Polygons => self.compare_polygons(task, kept, bodies, round, &mut stopwatch),
-            level => {
-                let order = if level == Level::Voxels { accuracy.order } else { None };
-                let frame = PairFrame::new(placed(bodies.0), placed(bodies.1), order);
-                self.times.voxels += stopwatch.lap();
-                let Some(frame) = frame else { return };
-                self.counts.container_pairs += u64::from(task.is_whole());
-                let pair = Visit::new(task, kept, bodies, &frame, round.limit);
-                self.stack.clear();
-                self.stack.push(task.voxels);
-                if level == Level::Containers {
-                    self.leave_open(task.pair, kept, pair.bounds().of(&VoxelPair::CONTAINERS));
-                } else {
-                    self.find_voxels(&pair, &mut stopwatch);
-                }
-            }
+        if accuracy.level == Level::GlobalBoxes {
+            let boxes = [kept.a, kept.b].map(|body| &round.world.boxes[body as usize]);
+            return self.leave_open(task.pair, kept, open_bound::of_boxes(boxes[0], boxes[1]));
+        }
+        let pair = Visit { task, kept, bodies, limit: round.limit };
+        match &task.voxels {
+            None => self.open_voxels.start([VoxelPair::containers(pair.objects())]),
+            Some(voxels) => self.open_voxels.start(left_over[voxels.clone()].iter().copied()),
+        }
+        let mut frame = self.frame.take().unwrap_or_default();
+        if accuracy.level == Level::Polygons {
+            self.compare_polygons(&pair, &mut frame, &mut stopwatch);
+        } else {
+            self.compare_voxels(&pair, &mut frame, accuracy, &mut stopwatch);
+        }
+        self.frame = Some(frame);
+    }
+
+    /// Stage 5, and stage 6 if the accuracy goes so far.
+    fn compare_voxels(
+        &mut self,
+        pair: &Visit<'_>,
+        frame: &mut PairFrame,
+        accuracy: &Accuracy,
+        stopwatch: &mut Stopwatch<'_>,
+    ) {
+        let order = if accuracy.level == Level::Voxels { accuracy.order } else { None };
+        let meet = frame.start(placed(pair.bodies.0), placed(pair.bodies.1), order);
+        self.times.voxels += stopwatch.lap();
+        if !meet {
+            return;
+        }
+        self.counts.container_pairs += u64::from(pair.task.is_whole());
+        if accuracy.level == Level::Containers {
+            let bound = pair.bounds(frame).of(&VoxelPair::containers(pair.objects()));
+            self.leave_open(pair.task.pair, pair.kept, bound);
+        } else {
+            self.find_voxels(pair, frame, stopwatch);
         }
     }
 
     /// Stages 5 to 8. What the last step knows comes first.
-    fn compare_polygons(
-        &mut self,
-        task: &Task,
-        kept: &Kept,
-        bodies: (&Body, &Body),
-        round: &Round<'_>,
-        stopwatch: &mut Stopwatch<'_>,
-    ) {
-        let witness = kept.memory.witness.filter(|_| task.is_whole() && !kept.wants_all());
+    fn compare_polygons(&mut self, pair: &Visit<'_>, frame: &mut PairFrame, stopwatch: &mut Stopwatch<'_>) {
+        let kept = pair.kept;
+        let witness = kept.memory.witness.filter(|_| pair.task.is_whole() && !kept.wants_all());
         if let Some(witness) = witness {
             self.counts.exact_tests += 1;
-            let holds = witness::holds(witness, bodies);
+            let holds = witness::holds(witness, pair.bodies);
             self.times.polygon_tests += stopwatch.lap();
             if holds {
                 return kept.interfering.store(true, Ordering::Relaxed);
             }
+            if let Some(neighbourhood) = witness::neighbourhood(witness, pair.bodies) {
+                self.open_voxels.put_first(neighbourhood);
+            }
         }
         self.clearance = kept.clearance.now();
-        self.stack.clear();
-        self.stack.push(task.voxels);
-        self.stack.extend(witness.and_then(|witness| witness::neighbourhood(witness, bodies)));
-        self.candidates.start_pair();
-        self.descend_narrowing(task, kept, bodies, round, stopwatch);
+        self.descend_narrowing(pair, frame, stopwatch);
         kept.clearance.lower(self.clearance);
     }
 
     /// Descends, with narrower frames as the clearance becomes smaller.
-    fn descend_narrowing(
-        &mut self,
-        task: &Task,
-        kept: &Kept,
-        bodies: (&Body, &Body),
-        round: &Round<'_>,
-        stopwatch: &mut Stopwatch<'_>,
-    ) {
-        let magnitude = bodies.0.magnitude.max(bodies.1.magnitude).max_element();
-        let mut count = u64::from(task.is_whole());
-        let mut work = None;
+    fn descend_narrowing(&mut self, pair: &Visit<'_>, frame: &mut PairFrame, stopwatch: &mut Stopwatch<'_>) {
+        let (a, b) = pair.bodies;
+        let tame = a.magnitude.max(b.magnitude).max_element() < TAME_LIMIT;
+        let mut work = Work { left: pair.share(), batch: 1 };
+        let mut narrowed = 0;
         loop {
-            let frame = PairFrame::within(self.clearance, placed(bodies.0), placed(bodies.1), None);
+            let meet = frame.start_within(self.clearance, placed(a), placed(b), None);
             self.times.voxels += stopwatch.lap();
-            let Some(frame) = frame else { return };
-            self.counts.container_pairs += std::mem::take(&mut count);
-            let pair = Visit::new(task, kept, bodies, &frame, round.limit);
-            let work = work.get_or_insert_with(|| Work { left: pair.share(), batch: 1 });
-            let is_done = if magnitude < TAME_LIMIT {
-                self.descend(Tame, &pair, work, stopwatch)
+            if !meet {
+                return;
+            }
+            if narrowed == 0 {
+                self.counts.container_pairs += u64::from(pair.task.is_whole());
+                self.candidates.start_pair([&a.rows, &b.rows], frame.boxes());
             } else {
-                self.descend(AnyRange, &pair, work, stopwatch)
+                self.open_voxels.measure_anew();
+            }
+            let is_done = if tame {
+                self.descend(Tame, pair, frame, &mut work, stopwatch)
+            } else {
+                self.descend(AnyRange, pair, frame, &mut work, stopwatch)
             };
             if is_done {
                 return;
             }
+            narrowed += 1;
         }
     }
 
@@ -261,15 +309,15 @@ impl Worker {
     }
 
     /// Stage 6 alone, until two voxels of the order asked for reach each other.
-    fn find_voxels(&mut self, pair: &Visit<'_>, stopwatch: &mut Stopwatch<'_>) {
+    fn find_voxels(&mut self, pair: &Visit<'_>, frame: &mut PairFrame, stopwatch: &mut Stopwatch<'_>) {
         let mut budget = pair.share();
-        while !self.stack.is_empty() && !is_decided(pair.kept) && self.may_go_on(pair, &mut budget) {
+        while !self.open_voxels.is_empty() && !is_decided(pair.kept) && self.may_go_on(pair, frame, &mut budget) {
             let mut slice = pair.slice(budget);
             let before = slice;
-            let bounds = pair.bounds();
-            let reaches = |voxels: &VoxelPair| bounds.reach_each_other(voxels);
-            if let Some(voxels) = pair.descent.find(&mut self.stack, reaches, &mut slice, &mut self.counts) {
-                self.leave_open(pair.task.pair, pair.kept, bounds.of_any_like(&voxels));
+            let reaches = |frame: &PairFrame, voxels: &VoxelPair| pair.bounds(frame).reach_each_other(voxels);
+            let mut descent = Descent { frame, objects: pair.objects(), deepest_first: true };
+            if let Some(voxels) = descent.find(&mut self.open_voxels, reaches, &mut slice, &mut self.counts) {
+                self.leave_open(pair.task.pair, pair.kept, pair.bounds(frame).of_any_like(&voxels));
             }
             budget -= before - slice;
             pair.spend(before - slice);
@@ -283,22 +331,24 @@ impl Worker {
         &mut self,
         arithmetic: A,
         pair: &Visit<'_>,
+        frame: &mut PairFrame,
         work: &mut Work,
         stopwatch: &mut Stopwatch<'_>,
     ) -> bool {
         let clearance = self.clearance;
-        while !self.stack.is_empty() && !is_decided(pair.kept) && self.may_go_on(pair, &mut work.left) {
+        while !self.open_voxels.is_empty() && !is_decided(pair.kept) && self.may_go_on(pair, frame, &mut work.left) {
             if self.clearance < 0.5 * clearance {
                 return false;
             }
             let mut slice = pair.slice(work.left);
             let before = slice;
             self.leaves.clear();
-            pair.descent.advance(&mut self.stack, &mut self.leaves, work.batch, &mut slice, &mut self.counts);
+            let mut descent = Descent { frame, objects: pair.objects(), deepest_first: !pair.kept.wants_all() };
+            descent.advance(&mut self.open_voxels, &mut self.leaves, work.batch, &mut slice, &mut self.counts);
             work.left -= before - slice;
             pair.spend(before - slice);
             self.times.voxels += stopwatch.lap();
-            self.gather(pair);
+            self.gather(pair, frame);
             self.times.polygon_pairs += stopwatch.lap();
             self.test(arithmetic, pair);
             self.times.polygon_tests += stopwatch.lap();
@@ -309,36 +359,33 @@ impl Worker {
     }
 
     /// Whether the work on a pair goes on, on this thread and now; if not, what is left is put aside.
-    fn may_go_on(&mut self, pair: &Visit<'_>, budget: &mut i64) -> bool {
+    fn may_go_on(&mut self, pair: &Visit<'_>, frame: &PairFrame, budget: &mut i64) -> bool {
         let is_up = pair.limit.is_up();
         if !is_up && *budget > 0 {
             return true;
         }
         if pair.limit.exists() {
             // The voxels compared last are the smallest ones.
-            let bounds = pair.bounds();
-            let deepest = self.stack.iter().rev().take(MOST_BOUNDS).map(|voxels| bounds.of(voxels));
+            let bounds = pair.bounds(frame);
+            let deepest = self.open_voxels.latest(MOST_BOUNDS).map(|voxels| bounds.of(voxels));
             let best = deepest.min_by(|one, other| one.apart_at_most.total_cmp(&other.apart_at_most));
             self.progress.extend(best.map(|bound| (pair.task.pair, bound)));
         }
         if is_up {
             pair.kept.leave_unfinished();
         } else if pair.task.is_whole() && pair.limit.exists() && usize::from(pair.task.round) < SHARES.len() {
-            self.left_over.push(Task { round: pair.task.round + 1, ..*pair.task });
+            self.left_over.tasks.push(Task { round: pair.task.round + 1, ..pair.task.clone() });
         } else {
-            let left_over = self.stack.drain(..).map(|voxels| Task { voxels, ..*pair.task });
-            self.left_over.extend(left_over);
+            self.left_over.put(pair.task, &mut self.open_voxels);
         }
         false
     }
 
     /// Stage 7.
-    fn gather(&mut self, pair: &Visit<'_>) {
-        let (a, b) = pair.bodies;
+    fn gather(&mut self, pair: &Visit<'_>, frame: &PairFrame) {
         self.candidates.clear();
         for voxels in &self.leaves {
-            self.counts.polygon_candidates +=
-                self.candidates.add(voxels, (&a.object, &a.rows), (&b.object, &b.rows), &mut self.clearance);
+            self.counts.polygon_candidates += self.candidates.add(voxels, pair.objects(), frame, &mut self.clearance);
             pair.spend(1);
         }
     }
@@ -347,12 +394,14 @@ impl Worker {
     fn test<A: Arithmetic>(&mut self, arithmetic: A, visit: &Visit<'_>) {
         let (pair, kept, (a, b)) = (visit.task.pair, visit.kept, visit.bodies);
         let (polygons, touching) = (kept.effects.contains(Effects::POLYGON_PAIRS), kept.effects.meets(AT_CONTACTS));
-        for (p, q) in self.candidates.iter() {
+        for at in 0..self.candidates.pairs().len() {
+            let numbers = self.candidates.pairs()[at];
+            let [p, q] = self.candidates.corners(numbers, visit.objects());
             self.counts.exact_tests += 1;
             if self.counts.exact_tests.is_multiple_of(TESTS_AT_ONCE) && visit.spend(TESTS_AT_ONCE as i64) {
                 return;
             }
-            let Some(relation) = triangles_in(arithmetic, &p.corners, &q.corners) else {
+            let Some(relation) = triangles_in(arithmetic, p, q) else {
                 if self.clearance > 0.0 {
                     self.clearance = self.clearance.min(of_triangles_at_least(p, q));
                 }
@@ -361,14 +410,14 @@ impl Worker {
             kept.interfering.store(true, Ordering::Relaxed);
             self.clearance = 0.0;
             if !polygons && !touching {
-                return self.witnesses.push((pair, [p.number, q.number]));
+                return self.witnesses.push((pair, numbers));
             }
             if polygons {
-                let (a, b) = (a.object.polygon_of(p.number as usize), b.object.polygon_of(q.number as usize));
+                let (a, b) = (a.object.polygon_of(numbers[0] as usize), b.object.polygon_of(numbers[1] as usize));
                 self.found.push(Found { pair, a, b, relation });
             }
             if touching {
-                let triangles = TrianglePair { a: p.number, b: q.number, relation };
+                let triangles = TrianglePair { a: numbers[0], b: numbers[1], relation };
                 self.touching.push(Touching { pair, triangles });
             }
         }

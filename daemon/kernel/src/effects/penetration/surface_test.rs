@@ -8,7 +8,7 @@ use crate::polygon_test::triangles_in;
 use crate::predicates::{AnyRange, Arithmetic, TAME_LIMIT, Tame};
 use crate::report::StageCounts;
 use crate::submatrix::{PairFrame, Placed};
-use crate::voxel_pairs::{Descent, VoxelPair};
+use crate::voxel_pairs::{Descent, Open, VoxelPair};
 
 /// The most voxel pairs in a batch.
 const BATCH: usize = 64;
@@ -16,7 +16,8 @@ const BATCH: usize = 64;
 /// Memory of the test, which serves one pair after the other.
 #[derive(Debug, Default)]
 pub struct SurfaceTest {
-    stack: Vec<VoxelPair>,
+    frame: PairFrame,
+    open: Open,
     leaves: Vec<VoxelPair>,
     candidates: Candidates,
 }
@@ -29,33 +30,32 @@ impl SurfaceTest {
             return false;
         }
         let (first, second) = (placed(a), placed(b));
-        let Some(frame) = PairFrame::new(first, second, None) else { return false };
+        if !self.frame.start(first, second, None) {
+            return false;
+        }
         let tame = first.magnitude.max(second.magnitude).max_element() < TAME_LIMIT;
-        let descent = Descent { frame: &frame, a: a.0, b: b.0 };
-        if tame { self.descend(Tame, a, b, &descent) } else { self.descend(AnyRange, a, b, &descent) }
+        if tame { self.descend(Tame, a, b) } else { self.descend(AnyRange, a, b) }
     }
 
-    fn descend<A: Arithmetic>(
-        &mut self,
-        arithmetic: A,
-        a: (&Object, &Rows),
-        b: (&Object, &Rows),
-        descent: &Descent<'_>,
-    ) -> bool {
-        self.stack.clear();
-        self.stack.push(VoxelPair::CONTAINERS);
-        self.candidates.start_pair();
+    fn descend<A: Arithmetic>(&mut self, arithmetic: A, a: (&Object, &Rows), b: (&Object, &Rows)) -> bool {
+        let objects = [a.0, b.0];
+        self.open.start([VoxelPair::containers(objects)]);
+        self.candidates.start_pair([a.1, b.1], self.frame.boxes());
+        let mut descent = Descent { frame: &mut self.frame, objects, deepest_first: true };
         let mut batch = 1;
-        while !self.stack.is_empty() {
+        while !self.open.is_empty() {
             self.leaves.clear();
             self.candidates.clear();
             let (mut budget, mut counts) = (i64::MAX, StageCounts::default());
-            descent.advance(&mut self.stack, &mut self.leaves, batch, &mut budget, &mut counts);
+            descent.advance(&mut self.open, &mut self.leaves, batch, &mut budget, &mut counts);
             for voxels in &self.leaves {
-                self.candidates.add(voxels, a, b, &mut 0.0);
+                self.candidates.add(voxels, objects, descent.frame, &mut 0.0);
             }
-            if self.candidates.iter().any(|(p, q)| triangles_in(arithmetic, &p.corners, &q.corners).is_some()) {
-                return true;
+            for at in 0..self.candidates.pairs().len() {
+                let [p, q] = self.candidates.corners(self.candidates.pairs()[at], objects);
+                if triangles_in(arithmetic, p, q).is_some() {
+                    return true;
+                }
             }
             batch = (2 * batch).min(BATCH);
         }
