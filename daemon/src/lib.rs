@@ -5,7 +5,7 @@
 //! builds them, [`upload`] brings them in from a client's memory; [`scene`] holds bodies, [`scene_thread`] answers steps,
 //! which [`step_payload`] reads, and [`report_writer`] writes the reports; [`budget`] lets them take turns on the threads; [`kernel_errors`] puts the kernel's
 //! errors into words for the wire; [`cleaner`] clears up after dead clients.
-//! The program is [`program`], its commands [`command`], [`check`] and [`demo`].
+//! The program is [`program`], its commands [`command`], [`check`], [`demo`] and [`accuracy`].
 
 pub mod bad_request;
 pub mod budget;
@@ -26,6 +26,7 @@ pub mod state;
 pub mod step_payload;
 pub mod upload;
 
+pub mod accuracy;
 pub mod check;
 pub mod command;
 pub mod demo;

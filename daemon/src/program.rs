@@ -22,6 +22,8 @@ enum Command {
     Demo(demo::Args),
     /// Check scene files
     Check(check::Args),
+    /// Show what accuracy costs in time on a scene
+    Accuracy(command::accuracy::Args),
     /// Load a mesh file into the running daemon
     Load(command::load::Args),
     /// List the objects of the running daemon
@@ -44,6 +46,7 @@ pub fn run() -> ExitCode {
         Command::Serve(args) => command::serve::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),
+        Command::Accuracy(args) => command::accuracy::run(&args),
         Command::Load(args) => command::load::run(&args),
         Command::List(args) => command::list::run(&args),
         Command::Unload(args) => command::unload::run(&args),

@@ -295,7 +295,8 @@ fn unknown_body(id: u32) -> WireError {
     )
 }
 
-fn kernel_effects(effects: Effects) -> kernel::Effects {
+/// A set of effects in the kernel's terms.
+pub fn kernel_effects(effects: Effects) -> kernel::Effects {
     effects.iter().fold(kernel::Effects::NONE, |all, effect| {
         all.union(match effect {
             Effect::PolygonPairs => kernel::Effects::POLYGON_PAIRS,
@@ -310,7 +311,8 @@ fn kernel_effects(effects: Effects) -> kernel::Effects {
     })
 }
 
-fn kernel_interest(interest: Interest) -> kernel::Interest {
+/// An entry of the interest matrix in the kernel's terms.
+pub fn kernel_interest(interest: Interest) -> kernel::Interest {
     match interest {
         Interest::Default => kernel::Interest::Default,
         Interest::Ignore => kernel::Interest::Ignore,

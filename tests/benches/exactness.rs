@@ -5,11 +5,11 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use collided::accuracy::arithmetic::PlainF64;
 use collided_kernel::Relation;
 use collided_kernel::glam::DVec3;
 use collided_kernel::polygon_test::{triangles, triangles_in};
 use collided_tests::crowd::Random;
-use collided_tests::plain_f64::PlainF64;
 use criterion::{Criterion, criterion_group, criterion_main};
 
 type Pair = [[DVec3; 3]; 2];

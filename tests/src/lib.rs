@@ -13,6 +13,7 @@ pub mod fuzz_targets;
 pub mod hardcases;
 pub mod kernel_pair;
 pub mod meshes;
+pub mod near_contact;
 pub mod npy;
 pub mod oracle;
 pub mod plain_f64;

@@ -1,49 +1,8 @@
-//! Signs as plain f64 gives them: what exactness is compared with. Wrong near zero; never used by the kernel.
+//! Separating axes by plain f64, without a margin: what a culling test must not do.
 
-use collided_kernel::glam::{DVec2, DVec3};
-use collided_kernel::predicates::{Arithmetic, Sign};
+use collided_kernel::glam::DVec3;
 
-/// Plain f64, no filter, no exact fallback.
-#[derive(Debug, Clone, Copy)]
-pub struct PlainF64;
-
-/// A point of a plane, and its normal.
-#[derive(Debug, Clone, Copy)]
-pub struct PlainPlane {
-    point: DVec3,
-    normal: DVec3,
-}
-
-fn sign(value: f64) -> Sign {
-    Sign::from(value > 0.0) - Sign::from(value < 0.0)
-}
-
-impl Arithmetic for PlainF64 {
-    type Plane = PlainPlane;
-    type First = Self;
-
-    fn first(self) -> Self {
-        self
-    }
-
-    fn orient3d(self, o: DVec3, a: DVec3, b: DVec3, p: DVec3) -> Sign {
-        self.side(&self.plane(&[o, a, b]), p)
-    }
-
-    fn orient2d(self, o: DVec2, a: DVec2, p: DVec2) -> Sign {
-        sign((a - o).perp_dot(p - o))
-    }
-
-    fn plane(self, &[o, a, b]: &[DVec3; 3]) -> PlainPlane {
-        PlainPlane { point: o, normal: (a - o).cross(b - o) }
-    }
-
-    fn side(self, plane: &PlainPlane, p: DVec3) -> Sign {
-        sign(plane.normal.dot(p - plane.point))
-    }
-}
-
-/// Whether one of the axes separates two sets of points, by plain f64 and without a margin: what a culling test must not do.
+/// Whether one of the axes separates two sets of points, by plain f64 and without a margin.
 pub fn separated(axes: &[DVec3], a: &[DVec3], b: &[DVec3]) -> bool {
     let extent = |axis: &DVec3, points: &[DVec3]| {
         let ends = (f64::INFINITY, f64::NEG_INFINITY);

@@ -23,7 +23,7 @@
 //! | 9. [`effects`] | the effects asked for, a file for each |
 //! | 10. [`report`] | report out |
 //!
-//! [`brute_force`] holds the twins of the accelerated stages.
+//! [`brute_force`] holds the twins of the accelerated stages, [`candidates`](mod@candidates) runs stages 5 to 7 of one pair alone.
 #![forbid(unsafe_code)]
 
 pub mod affine;
@@ -50,6 +50,7 @@ mod submatrix;
 mod voxel_pairs;
 mod open_bound;
 mod polygon_pairs;
+pub mod candidates;
 pub mod polygon_test;
 pub mod predicates;
 mod double;

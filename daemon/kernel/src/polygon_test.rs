@@ -42,9 +42,12 @@ fn in_doubt<A: Arithmetic>(arithmetic: A, a: &[DVec3; 3], b: &[DVec3; 3]) -> Opt
     relation
 }
 
-/// The case analysis, in one stage: as true as its signs are.
+/// The case analysis, in one stage, whose corners need not be f64: as true as its signs are.
+///
+/// # Errors
+/// The doubt of a stage that leaves a sign open.
 #[inline]
-fn interference<S: Stage>(stage: S, a: &[S::Point; 3], b: &[S::Point; 3]) -> Result<Option<Relation>, S::Doubt> {
+pub fn interference<S: Stage>(stage: S, a: &[S::Point; 3], b: &[S::Point; 3]) -> Result<Option<Relation>, S::Doubt> {
     let plane_a = stage.plane_through(a);
     let sides_b = stage.sides_of(&plane_a, b)?;
     if one_side(sides_b) {

@@ -1,10 +1,11 @@
-//! The commands of the `collided` program that talk to a running daemon, and `serve`.
+//! The commands of the `collided` program that talk to a running daemon, `serve`, and `accuracy`.
 
 use std::time::Duration;
 
 use collided_client::Client;
 use collided_protocol::names::DEFAULT_INSTANCE;
 
+pub mod accuracy;
 pub mod list;
 pub mod load;
 pub mod serve;
