@@ -1,6 +1,7 @@
 //! Meshes made of other meshes, so that what is found of the one tells what must be found of the other.
 
 use std::cmp::Reverse;
+use std::collections::HashMap;
 
 use collided_kernel::PolygonMesh;
 
@@ -79,6 +80,32 @@ pub fn in_triangles(mesh: &PolygonMesh) -> Derived {
     let object = meshes::build(mesh.clone(), Some(0));
     let triangle = |number: usize| (object.triangles()[number].to_vec(), object.polygon_of(number));
     Derived::new(mesh.vertices.clone(), (0..object.triangle_count()).map(triangle))
+}
+
+/// Every polygon in triangles, and each of these in four at the middles of its sides, `times` times over.
+///
+/// # Panics
+/// When the kernel refuses the mesh.
+pub fn subdivided(mesh: &PolygonMesh, times: u32) -> PolygonMesh {
+    (0..times).fold(in_triangles(mesh).mesh, |mesh, _| in_quarters(&mesh))
+}
+
+fn in_quarters(triangles: &PolygonMesh) -> PolygonMesh {
+    let mut vertices = triangles.vertices.clone();
+    let mut middles = HashMap::new();
+    let mut quarters = Vec::with_capacity(4 * triangles.polygon_count());
+    for triangle in triangles.corners.as_chunks::<3>().0 {
+        let &[a, b, c] = triangle;
+        let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[from, to]| {
+            *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
+                let [from, to] = [from, to].map(|corner| vertices[corner as usize]);
+                vertices.push([0, 1, 2].map(|axis| from[axis] / 2.0 + to[axis] / 2.0));
+                vertices.len() as u32 - 1
+            })
+        });
+        quarters.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+    }
+    PolygonMesh::from_polygons(vertices, quarters)
 }
 
 /// Every triangle cut: in two at the middle of a side, the next in three at its centroid. Exact where

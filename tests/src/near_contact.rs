@@ -53,7 +53,10 @@ impl Approach {
     }
 
     /// Bisects until no number is left between the two ends.
-    fn narrowed(mut self, mut interferes: impl FnMut(Rows) -> bool) -> Approach {
+    ///
+    /// # Panics
+    /// When it does not interfere where it `meets`, or does where it is `clear`.
+    pub fn narrowed(mut self, mut interferes: impl FnMut(Rows) -> bool) -> Approach {
         assert!(
             interferes(self.at(self.meets)) && !interferes(self.at(self.clear)),
             "the ends are what they are to be"

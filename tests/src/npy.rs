@@ -1,4 +1,4 @@
-//! Pairs of poses in NumPy's `.npy` format.
+//! Transforms in NumPy's `.npy` format: poses and motions of two bodies, steps of many.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ pub enum NpyError {
     },
     /// The file is not what is needed.
     #[error(
-        "{path}: {what}; write an array of shape (n, 2, 3, 4), of motions (n, 2, 2, 3, 4), type '<f8', with numpy.save"
+        "{path}: {what}; write an array of shape (n, 2, 3, 4), of motions (n, 2, 2, 3, 4), of steps (steps, bodies, 3, 4), type '<f8', with numpy.save"
     )]
     Malformed {
         /// The file.
@@ -37,7 +37,7 @@ const HEADER_START: usize = MAGIC.len() + 2;
 /// # Errors
 /// When the file cannot be read or holds something else.
 pub fn read_pose_pairs(path: &Path) -> Result<Vec<[Rows; 2]>, NpyError> {
-    read(path, ", 2, 3, 4)")
+    Ok(read(path, &[None, Some(2), Some(3), Some(4)])?.1.as_chunks::<2>().0.to_vec())
 }
 
 /// The transforms of two bodies at the start and at the end of each motion, from a little-endian f64 array of shape
@@ -46,28 +46,57 @@ pub fn read_pose_pairs(path: &Path) -> Result<Vec<[Rows; 2]>, NpyError> {
 /// # Errors
 /// When the file cannot be read or holds something else.
 pub fn read_motion_pairs(path: &Path) -> Result<Vec<[[Rows; 2]; 2]>, NpyError> {
-    let bodies: Vec<[Rows; 2]> = read(path, ", 2, 2, 3, 4)")?;
-    Ok(bodies.as_chunks::<2>().0.to_vec())
+    let (_, rows) = read(path, &[None, Some(2), Some(2), Some(3), Some(4)])?;
+    Ok(rows.as_chunks::<2>().0.as_chunks::<2>().0.to_vec())
 }
 
-/// Pairs of transforms, whatever they are pairs of; `shape` is what follows the count.
-fn read(path: &Path, shape: &str) -> Result<Vec<[Rows; 2]>, NpyError> {
+/// The transforms of all bodies in each step, from a little-endian f64 array of shape (steps, bodies, 3, 4) in C order.
+///
+/// # Errors
+/// When the file cannot be read or holds something else.
+pub fn read_steps(path: &Path) -> Result<Vec<Vec<Rows>>, NpyError> {
+    let (shape, rows) = read(path, &[None, None, Some(3), Some(4)])?;
+    Ok(rows.chunks(shape[1].max(1)).map(<[Rows]>::to_vec).collect())
+}
+
+/// Writes transforms in C order as an array of items of the shape `item`, followed by (3, 4): `[2]` for pairs of poses.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write(path: &Path, item: &[usize], rows: impl IntoIterator<Item = Rows>) -> std::io::Result<()> {
+    let rows: Vec<Rows> = rows.into_iter().collect();
+    let count = rows.len() / item.iter().product::<usize>().max(1);
+    let counts: Vec<String> = [&[count], item].concat().iter().map(usize::to_string).collect();
+    std::fs::write(path, file(&format!("({}, 3, 4)", counts.join(", ")), rows.into_iter().flatten().flatten()))
+}
+
+fn file(shape: &str, numbers: impl IntoIterator<Item = f64>) -> Vec<u8> {
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let length = (header.len() as u16).to_le_bytes();
+    let data = numbers.into_iter().flat_map(f64::to_le_bytes);
+    MAGIC.iter().copied().chain(length).chain(header.into_bytes()).chain(data).collect()
+}
+
+/// The shape, and all transforms; `None` in the expected shape stands for any count.
+fn read(path: &Path, expected: &[Option<usize>]) -> Result<(Vec<usize>, Vec<Rows>), NpyError> {
     let name = || path.display().to_string();
     let bytes = std::fs::read(path).map_err(|source| NpyError::Unreadable { path: name(), source })?;
-    pairs(&bytes, shape).map_err(|what| NpyError::Malformed { path: name(), what })
+    transforms(&bytes, expected).map_err(|what| NpyError::Malformed { path: name(), what })
 }
 
-fn pairs(bytes: &[u8], shape: &str) -> Result<Vec<[Rows; 2]>, String> {
+fn transforms(bytes: &[u8], expected: &[Option<usize>]) -> Result<(Vec<usize>, Vec<Rows>), String> {
     let (header, data) = split(bytes).ok_or("not an .npy file of version 1.0")?;
-    let pairs_of_each = if shape.starts_with(", 2, 2,") { 2 } else { 1 };
-    let count = count(header, shape).ok_or_else(|| format!("the header is {header:?}"))? * pairs_of_each;
-    let (numbers, rest) = data.as_chunks::<8>();
-    if !rest.is_empty() || numbers.len() != count * 24 {
-        return Err(format!("{count} pairs of transforms take {} bytes, not {}", count * 192, data.len()));
+    let is_expected = |shape: &Vec<usize>| {
+        shape.len() == expected.len() && shape.iter().zip(expected).all(|(&is, wanted)| wanted.is_none_or(|n| n == is))
+    };
+    let shape = shape(header).filter(is_expected).ok_or_else(|| format!("the header is {header:?}"))?;
+    let numbers = shape.iter().try_fold(1usize, |product, &count| product.checked_mul(count));
+    let bytes_expected = numbers.and_then(|numbers| numbers.checked_mul(8)).ok_or("the shape is too large")?;
+    if data.len() != bytes_expected {
+        return Err(format!("an array of shape {shape:?} takes {bytes_expected} bytes, not {}", data.len()));
     }
-    let number = |i: usize| f64::from_le_bytes(numbers[i]);
-    let rows = |first: usize| [0, 1, 2].map(|row| [0, 1, 2, 3].map(|column| number(first + 4 * row + column)));
-    Ok((0..count).map(|pair| [rows(24 * pair), rows(24 * pair + 12)]).collect())
+    let numbers: Vec<f64> = data.as_chunks::<8>().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect();
+    Ok((shape, numbers.as_chunks::<4>().0.as_chunks::<3>().0.to_vec()))
 }
 
 fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
@@ -76,41 +105,36 @@ fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
     Some((std::str::from_utf8(header).ok()?.trim(), data))
 }
 
-fn count(header: &str, following: &str) -> Option<usize> {
+fn shape(header: &str) -> Option<Vec<usize>> {
     let plain = header.contains("'descr': '<f8'") && header.contains("'fortran_order': False");
     let (_, shape) = header.split_once("'shape': (").filter(|_| plain)?;
-    let (count, _) = shape.split_once(following)?;
-    count.parse().ok()
+    shape.split_once(')')?.0.split(',').map(|count| count.trim().parse().ok()).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn file(shape: &str, numbers: usize) -> Vec<u8> {
-        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
-        let length = (header.len() as u16).to_le_bytes();
-        let data = (0..numbers).flat_map(|i| (i as f64).to_le_bytes());
-        MAGIC.iter().copied().chain(length).chain(header.into_bytes()).chain(data).collect()
-    }
+    const POSES: &[Option<usize>] = &[None, Some(2), Some(3), Some(4)];
 
-    fn pose_pairs(bytes: &[u8]) -> Result<Vec<[Rows; 2]>, String> {
-        pairs(bytes, ", 2, 3, 4)")
+    fn ascending(shape: &str, numbers: usize) -> Vec<u8> {
+        file(shape, (0..numbers).map(|i| i as f64))
     }
 
     #[test]
-    fn poses_come_in_order() {
-        let poses = pose_pairs(&file("(2, 2, 3, 4)", 48)).expect("the file is well formed");
-        assert_eq!(poses.len(), 2);
-        assert_eq!(poses[1][1][0], [36.0, 37.0, 38.0, 39.0]);
-        let motions = pairs(&file("(1, 2, 2, 3, 4)", 48), ", 2, 2, 3, 4)").expect("the file is well formed");
-        assert_eq!(motions, poses);
+    fn transforms_come_in_order() {
+        let (shape, rows) = transforms(&ascending("(2, 2, 3, 4)", 48), POSES).expect("the file is well formed");
+        assert_eq!((shape, rows.len()), (vec![2, 2, 3, 4], 4));
+        assert_eq!(rows[3][0], [36.0, 37.0, 38.0, 39.0]);
+        assert_eq!(rows[3][2][3], 47.0);
     }
 
     #[test]
     fn other_files_are_refused_and_say_why() {
-        assert!(pose_pairs(b"PK").is_err_and(|what| what.contains("not an .npy file")));
-        assert!(pose_pairs(&file("(2, 3, 4)", 24)).is_err_and(|what| what.contains("(2, 3, 4)")));
-        assert!(pose_pairs(&file("(2, 2, 3, 4)", 47)).is_err_and(|what| what.contains("384 bytes, not 376")));
+        let refused = |bytes: &[u8], why: &str| transforms(bytes, POSES).is_err_and(|what| what.contains(why));
+        assert!(refused(b"PK", "not an .npy file"));
+        assert!(refused(&ascending("(2, 3, 4)", 24), "(2, 3, 4)"));
+        assert!(refused(&ascending("(2, 3, 3, 4)", 72), "(2, 3, 3, 4)"));
+        assert!(refused(&ascending("(2, 2, 3, 4)", 47), "384 bytes, not 376"));
     }
 }
