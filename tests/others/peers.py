@@ -267,13 +267,13 @@ def time_of_contact(run, table, pair):
 
 
 def contact_remark(times, ours):
-    """Contacts missed, invented, or more than a thousandth of the motion off; motions that ours leaves open."""
+    """Contacts missed, invented, or more than a thousandth of the motion off; motions left open, or that it panicked at."""
     pairs = list(zip(times, ours))
     counts = {
         "missed": sum(theirs == NO_CONTACT and 0 <= own < NO_CONTACT for theirs, own in pairs),
-        "invented": sum(theirs != NO_CONTACT and own == NO_CONTACT for theirs, own in pairs),
-        "off": sum(NO_CONTACT not in (theirs, own) and abs(theirs - own) > 1e-3 for theirs, own in pairs),
-        "possible": sum(theirs < 0 for theirs, _ in pairs),
+        "invented": sum(0 <= theirs < NO_CONTACT and own == NO_CONTACT for theirs, own in pairs),
+        "off": sum(min(theirs, own) >= 0 and max(theirs, own) < NO_CONTACT and abs(theirs - own) > 1e-3 for theirs, own in pairs),
+        "without an answer": sum(theirs < 0 for theirs, _ in pairs),
     }
     found = [f"{count} {what}" for what, count in counts.items() if count]
     return f"{', '.join(found)} of {len(pairs)}" if found else None

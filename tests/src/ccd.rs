@@ -104,6 +104,68 @@ pub fn object(mesh: &Mesh, order: Option<u32>) -> Object {
     Object::build(polygons, order, &()).expect("the meshes of moving cases are valid")
 }
 
+/// Motions of real meshes on which other libraries were measured to be late, early, or to see nothing: a file
+/// `measured_ccd_*.json`. The first mesh rests.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Measured {
+    /// Names of the two meshes.
+    pub meshes: [String; 2],
+    /// The motions.
+    pub cases: Vec<MeasuredCase>,
+}
+
+/// One motion of [`Measured`].
+#[derive(Debug, Clone, Deserialize)]
+pub struct MeasuredCase {
+    /// Its number among all that were measured.
+    pub motion_index: usize,
+    /// Where the first mesh is.
+    #[serde(rename = "A")]
+    pub a: Rows,
+    /// Where the second mesh starts.
+    #[serde(rename = "B_start")]
+    pub b_start: Rows,
+    /// Where it ends.
+    #[serde(rename = "B_end")]
+    pub b_end: Rows,
+    /// The first contact, found by an exact scan: contact [`REFERENCE_BOUND`] later, none that much before.
+    pub toi_ref: f64,
+}
+
+/// How far [`MeasuredCase::toi_ref`] may be off.
+pub const REFERENCE_BOUND: f64 = 1e-6;
+
+impl Measured {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is not of this form.
+    pub fn read(path: &Path) -> std::io::Result<Measured> {
+        Ok(serde_json::from_str(&std::fs::read_to_string(path)?)?)
+    }
+}
+
+impl MeasuredCase {
+    /// Of the first mesh, and of the second.
+    pub fn motions(&self) -> [Motion; 2] {
+        [Motion::Still(self.a), turning(self.b_start, self.b_end)]
+    }
+
+    /// What is wrong with an answer that was given at a tolerance, if anything.
+    pub fn fault(&self, found: TimeOfContact, tolerance: f64) -> Option<String> {
+        let reference = self.toi_ref;
+        match found {
+            TimeOfContact::Contact { lo, hi } if hi - lo > tolerance => Some("the bracket is too wide".to_owned()),
+            TimeOfContact::Contact { lo, hi }
+                if lo <= reference + REFERENCE_BOUND && reference - REFERENCE_BOUND <= hi =>
+            {
+                None
+            }
+            _ => Some(format!("an exact scan found the first contact at {reference}")),
+        }
+    }
+}
+
 /// The time of contact of two moving objects at a tolerance, with iterations to spare.
 pub fn time_of(a: (&Object, &Motion), b: (&Object, &Motion), tolerance: f64, memory: &mut Memory) -> TimeOfContact {
     time_of_contact(a, b, TimeSettings { tolerance, ..TimeSettings::default() }, memory)

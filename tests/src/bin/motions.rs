@@ -3,7 +3,7 @@
 //! Exit status 1 when a bracket is wrong: a static contact before it, none soon after it, or one in a motion proven
 //! free.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,9 +12,11 @@ use clap::Parser;
 use collided_kernel::effects::time_of_contact::{Memory, TimeOfContact, TimeSettings, time_of_contact};
 use collided_kernel::motion::Motion;
 use collided_kernel::{Effects, Object};
+use collided_protocol::step::Rows;
+use collided_tests::ccd::{self, Measured, MeasuredCase};
 use collided_tests::kernel_pair::KernelPair;
+use collided_tests::npy::{self, NpyError};
 use collided_tests::two_meshes::TwoMeshes;
-use collided_tests::{ccd, npy};
 
 /// Run motions of two meshes through the kernel, and check the times of contact by a scan of exact static tests.
 #[derive(Parser)]
@@ -22,8 +24,11 @@ struct Arguments {
     #[command(flatten)]
     meshes: TwoMeshes,
     /// Motions: .npy, (n, 2, 2, 3, 4) f64, rows of [R|t] for A at the start and the end, then B
-    #[arg(long)]
-    motions: PathBuf,
+    #[arg(long, required_unless_present = "measured")]
+    motions: Option<PathBuf>,
+    /// Rigid motions with known first contacts, of the form of tests/data/ccd/measured_ccd_env_rob.json; brackets are compared with these
+    #[arg(long, conflicts_with_all = ["motions", "rigid"])]
+    measured: Option<PathBuf>,
     /// Turn the bodies rigidly about their frames' origins, rather than moving every vertex straight
     #[arg(long)]
     rigid: bool,
@@ -57,11 +62,12 @@ fn main() -> ExitCode {
 /// How many brackets are wrong.
 fn run(arguments: &Arguments) -> Result<usize, AnyError> {
     let objects = arguments.meshes.build();
-    let motions = npy::read_motion_pairs(&arguments.motions)?;
-    let motion = |[from, to]: [_; 2]| {
-        if arguments.rigid { ccd::turning(from, to) } else { Motion::Linear { from, to } }
+    let measured = arguments.measured.as_deref().map(Measured::read).transpose()?;
+    let known = measured.map_or_else(Vec::new, |measured| measured.cases);
+    let motions = match &arguments.motions {
+        Some(path) => read_motions(path, arguments.rigid)?,
+        None => known.iter().map(MeasuredCase::motions).collect(),
     };
-    let motions: Vec<[Motion; 2]> = motions.into_iter().map(|pair| pair.map(motion)).collect();
     let (found, times) = run_all(arguments, &objects, &motions);
     print_times(&found, times);
     let mut wrong = 0;
@@ -69,13 +75,19 @@ fn run(arguments: &Arguments) -> Result<usize, AnyError> {
         if arguments.print {
             println!("motion {number}: {found:?}");
         }
-        if let Some(fault) = fault(arguments, &objects, motions, *found)? {
+        let unlike_known = known.get(number).and_then(|known| known.fault(*found, arguments.tolerance));
+        if let Some(fault) = unlike_known.or(fault(arguments, &objects, motions, *found)?) {
             println!("motion {number}: {found:?}, but {fault}");
             wrong += 1;
         }
     }
     println!("{wrong} of {} brackets are wrong", motions.len());
     Ok(wrong)
+}
+
+fn read_motions(path: &Path, rigid: bool) -> Result<Vec<[Motion; 2]>, NpyError> {
+    let motion = |[from, to]: [Rows; 2]| if rigid { ccd::turning(from, to) } else { Motion::Linear { from, to } };
+    Ok(npy::read_motion_pairs(path)?.into_iter().map(|pair| pair.map(motion)).collect())
 }
 
 fn run_all(

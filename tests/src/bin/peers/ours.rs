@@ -12,6 +12,9 @@ use collided_tests::ccd;
 
 use crate::turns::{Timed, timed};
 
+/// A time of contact that is only possible.
+const POSSIBLE: f64 = -1.0;
+
 /// Two bodies.
 pub struct Pair {
     scene: Scene,
@@ -77,12 +80,12 @@ pub fn interfering_pairs(report: &Report<'_>) -> f64 {
     report.counts().interfering_pairs as f64
 }
 
-/// The end of the bracket, [`FREE`](crate::parry::FREE) when there is none; what is only possible is marked by the sign.
+/// The end of the bracket, [`FREE`](crate::parry::FREE) when there is none.
 fn first_contact(report: &Report<'_>) -> f64 {
-    match report.times_of_contact().first() {
-        None | Some((_, TimeOfContact::Free)) => crate::parry::FREE,
-        Some((_, TimeOfContact::Contact { hi, .. })) => *hi,
-        Some((_, TimeOfContact::Possible { lo, .. })) => -*lo,
+    match report.times_of_contact().first().map(|(_, first)| first.time) {
+        None | Some(TimeOfContact::Free) => crate::parry::FREE,
+        Some(TimeOfContact::Contact { hi, .. }) => hi,
+        Some(TimeOfContact::Possible { .. }) => POSSIBLE,
     }
 }
 
