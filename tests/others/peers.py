@@ -77,8 +77,8 @@ class Row:
     def cells(self):
         figure = lambda library: number(statistics.median(self.figures[library])) if library in self.figures else "–"
         ratios = self.ratios()
-        ratio = f"{statistics.median(ratios):.2f}" if ratios else "–"
-        spread = f"{min(ratios):.2f}–{max(ratios):.2f}" if ratios else "–"
+        ratio = share(statistics.median(ratios)) if ratios else "–"
+        spread = f"{share(min(ratios))}–{share(max(ratios))}" if ratios else "–"
         remarks = "; ".join(f"{library}: {remark}" for library, remark in self.remarks.items())
         asked = f"{self.asked} of 1 thread" if self.against else self.asked
         return [f"{self.work}, {self.unit}", *map(figure, LIBRARIES), ratio, str(asked), spread, remarks or "–"]
@@ -182,6 +182,10 @@ def build_program():
 def number(value):
     digits = 0 if value >= 100 else 1 if value >= 10 else 2 if value >= 1 else 3
     return f"{value:,.{digits}f}"
+
+
+def share(value):
+    return f"{value:.2f}" if value >= 0.1 else f"{value:.3f}"
 
 
 def median(values):
@@ -289,21 +293,24 @@ def crowd(run, table, meshes, folder):
         few = steps.with_name(f"many_{count}_few.npy")
         few.write_bytes(few_moving(steps.read_bytes()))
         for moving, file, asked in [("all", steps, 0.4), ("1 %", few, 0.05)]:
-            of_crowd(run, table, mesh, (f"{count:,} bodies, {moving} moving", asked), (count, file))
+            row = table.row(f"{count:,} bodies, {moving} moving", "ms a step", asked)
+            of_crowd(run, table, mesh, row, (count, file))
 
 
-def of_crowd(run, table, mesh, titles, counted):
-    (title, asked), (count, file) = titles, counted
+def of_crowd(run, table, mesh, row, counted):
+    count, file = counted
     words = ["crowd", "--mesh", mesh, "--steps", file, "--threads"]
     _, one = run.ours_and_parry(*words, 1)
-    _, two = run.ours_and_parry(*words, 2)
-    row, shared = table.row(title, "ms a step", asked), table.row(f"{title}, 2 threads", "ms a step", 0.56)
-    shared.against = row
+    ours = one["ours"]["answers"]
     for library, record in one.items():
-        row.add(library, median(record["us"]) / 1e3, unlike(record["answers"], one["ours"]["answers"], nearly(0)))
-        shared.add(library, median(two[library]["us"]) / 1e3)
+        row.add(library, median(record["us"]) / 1e3, unlike(record["answers"], ours, nearly(0)))
     for library, found in run.others("many", file.stem.removeprefix("many_")).items():
-        row.add(library, found["step_ms"]["median"], unlike(found["hits"][1:], one["ours"]["answers"], nearly(0)))
+        row.add(library, found["step_ms"]["median"], unlike(found["hits"][1:], ours, nearly(0)))
+    if file.stem == f"many_{count}":
+        shared = table.row(f"{row.work}, 2 threads", row.unit, 0.56)
+        shared.against = row
+        for library, record in run.ours_and_parry(*words, 2)[1].items():
+            shared.add(library, median(record["us"]) / 1e3)
 
 
 def few_moving(npy):
@@ -394,7 +401,7 @@ def parsed():
     parser.add_argument("--only", nargs="+", choices=WORKS, default=WORKS, metavar="WORK", help=" ".join(WORKS))
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--passes", type=int, default=3, help="passes of ours and parry within a round")
-    parser.add_argument("--seconds", type=float, default=30, help="the most that ours or parry may take for a pass")
+    parser.add_argument("--seconds", type=float, default=10, help="ours or parry is stopped when a pass takes longer")
     parser.add_argument("--count", type=int, default=100, help="poses for polygon pairs and distance")
     parser.add_argument("--smooth-steps", type=int, default=10_000)
     parser.add_argument("--quick", action="store_true", help="one round, no mesh of a million triangles, nothing that takes long")

@@ -131,3 +131,20 @@ pub fn in_pieces(mesh: &PolygonMesh) -> Derived {
     }
     Derived::new(vertices, pieces)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quarters_share_the_middles_of_sides() {
+        let square = vec![[0.0; 3], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 0.0]];
+        let once = subdivided(&PolygonMesh::from_polygons(square, [[0, 1, 2, 3]]), 1);
+        assert_eq!((once.vertices.len(), once.polygon_count()), (9, 8));
+        for corners in once.corners.as_chunks::<3>().0 {
+            let [a, b, c] = corners.map(|corner| once.vertices[corner as usize]);
+            let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            assert_eq!(doubled_area, 1.0, "{a:?} {b:?} {c:?}");
+        }
+    }
+}

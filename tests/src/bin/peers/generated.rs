@@ -101,7 +101,7 @@ fn smooth(a: &Object, b: &Object, count: usize) -> Vec<Rows> {
         let t = step as f64 / count as f64;
         let (sine, cosine) = (TAU * t).sin_cos();
         let turn = [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]];
-        let aside = [size * (2.0 * t - 1.0), 0.25 * size, 0.05 * size];
+        let aside = [1.2 * size * (t - 0.5), 0.25 * size, 0.05 * size];
         [0, 1, 2].map(|row| {
             let turned: f64 = (0..3).map(|axis| turn[row][axis] * middles[1][axis]).sum();
             let [x, y, z] = turn[row];

@@ -12,7 +12,7 @@ pub struct Limits {
     #[arg(long, default_value_t = 3)]
     pub passes: usize,
     /// A library that takes longer than this for a pass is stopped there, and takes no other
-    #[arg(long, default_value_t = 30.0)]
+    #[arg(long, default_value_t = 10.0)]
     pub seconds: f64,
 }
 
@@ -75,5 +75,24 @@ fn first_pass(contender: &mut Contender<'_>, record: &mut Record, items: usize, 
         if start.elapsed().as_secs_f64() > seconds {
             break;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fastest_pass_of_each_item_counts() {
+        let mut times = [5.0, 7.0, 6.0, 3.0].into_iter();
+        let contender = Contender::new("it", move |item| (times.next().expect("two passes"), item as f64));
+        let records = in_turns(vec![contender], 2, &Limits { passes: 2, seconds: 60.0 });
+        assert_eq!((&records[0].us, &records[0].answers), (&vec![5.0, 3.0], &vec![0.0, 1.0]));
+    }
+
+    #[test]
+    fn who_takes_too_long_is_stopped() {
+        let records = in_turns(vec![Contender::new("it", |_| (1.0, 0.0))], 2, &Limits { passes: 2, seconds: -1.0 });
+        assert_eq!(records[0].us, [1.0]);
     }
 }

@@ -13,6 +13,7 @@ mod triangles;
 use std::path::PathBuf;
 
 use clap::Parser;
+use collided::accuracy::machine;
 
 /// Measure how times and memory grow with bodies, triangles and orders.
 #[derive(Parser)]
@@ -28,6 +29,7 @@ struct Arguments {
 fn main() -> std::io::Result<()> {
     let Arguments { out, quick } = Arguments::parse();
     std::fs::create_dir_all(&out)?;
+    machine::describe().iter().for_each(|(what, value)| println!("* {what}: {value}"));
     for (name, plot) in
         bodies::measure(quick).into_iter().chain(triangles::measure(quick)).chain(orders::measure(quick))
     {
