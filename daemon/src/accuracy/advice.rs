@@ -118,7 +118,6 @@ mod tests {
             threads: 1,
             repetitions: 1,
             time: Spread { median: time, low: time, high: time },
-            steps: 1,
             worth: Worth { pairs: 1000, open, ..Worth::default() },
         }
     }

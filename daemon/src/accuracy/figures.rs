@@ -29,7 +29,8 @@ pub fn plot(family: Family, measured: &[Measurement]) -> Option<Plot> {
         }
         Family::Arithmetic => {
             let curves = by_threads(&rows, wrong);
-            ("Arithmetics of the polygon tests", time(), axis("tests that come out wrong", Unit::Share), curves)
+            let time = axis("time of a test, median", Unit::Time);
+            ("Arithmetics of the polygon tests", time, axis("tests that come out wrong", Unit::Share), curves)
         }
         Family::Effect => return None,
     };
@@ -73,10 +74,7 @@ fn by_error(
 
 fn points<'m>(rows: impl Iterator<Item = &'m &'m Measurement>, y: impl Fn(&Worth) -> Option<f64>) -> Vec<Point> {
     let point = |row: &&Measurement| {
-        let label = match row.time_per_test() {
-            Some(time) => super::units::duration(time) + " a test",
-            None => row.setting.label(),
-        };
+        let label = row.setting.label();
         let spread = [row.time.low, row.time.high];
         Some(Point { x: row.time.median, spread, y: y(&row.worth).filter(|y| y.is_finite())?, label })
     };

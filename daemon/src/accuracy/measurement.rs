@@ -83,10 +83,8 @@ pub struct Measurement {
     pub threads: usize,
     /// How often the steps were repeated.
     pub repetitions: usize,
-    /// Nanoseconds of a step, the mean over the steps, in each repetition.
+    /// Nanoseconds of a step, the mean over the steps; of polygon tests alone, of one of them.
     pub time: Spread,
-    /// How many steps that is the mean over.
-    pub steps: usize,
     /// What the answers were worth.
     pub worth: Worth,
 }
@@ -224,14 +222,6 @@ pub fn level_name(level: Level) -> &'static str {
         Level::Containers => Named::Containers.name(),
         Level::Voxels => Named::Voxels.name(),
         Level::Polygons => Named::Polygons.name(),
-    }
-}
-
-impl Measurement {
-    /// Nanoseconds of a polygon test, where they were run alone.
-    pub fn time_per_test(&self) -> Option<f64> {
-        let [tests, _] = self.worth.tests?;
-        Some(self.time.median * self.steps as f64 / tests as f64)
     }
 }
 

@@ -6,7 +6,7 @@ use super::measurement::Measurement;
 
 /// Name and value of each column of a measurement; `Null` where it has none.
 fn columns(measurement: &Measurement) -> [(&'static str, Value); 19] {
-    let Measurement { setting, threads, repetitions, time, worth, .. } = measurement;
+    let Measurement { setting, threads, repetitions, time, worth } = measurement;
     let microseconds = |nanoseconds: f64| Value::from(nanoseconds / 1e3);
     [
         ("family", setting.family().name().into()),
@@ -68,7 +68,6 @@ mod tests {
             threads: 2,
             repetitions: 3,
             time,
-            steps: 1,
             worth,
         }
     }

@@ -82,11 +82,6 @@ impl<'s> Run<'s> {
         self.times().len()
     }
 
-    /// How many steps count.
-    pub fn steps(&self) -> usize {
-        self.first.len()
-    }
-
     /// Nanoseconds of each step that counts, in each repetition.
     pub fn times(&self) -> &[Vec<f64>] {
         if self.repeated.is_empty() { std::slice::from_ref(&self.first) } else { &self.repeated }

@@ -130,8 +130,8 @@ impl<'s> Study<'s> {
         for run in &runs {
             let (setting, threads, worth) = (run.setting, self.threads.threads(), self.worth(run));
             self.check(setting, &worth)?;
-            let (repetitions, steps, time) = (run.repetitions(), run.steps(), run.time());
-            self.measured.push(Measurement { setting, threads, repetitions, time, steps, worth });
+            let (repetitions, time) = (run.repetitions(), run.time());
+            self.measured.push(Measurement { setting, threads, repetitions, time, worth });
             self.progress.end();
         }
         Ok(())
@@ -213,7 +213,7 @@ impl<'s> Study<'s> {
         let patience = self.plan.patience * Precision::ALL.len() as u32;
         while times[0].len() < self.plan.repetitions && (start.elapsed() < patience || times[0].is_empty()) {
             for (precision, times) in Precision::ALL.into_iter().zip(&mut times) {
-                times.push(tests.time(precision) / self.scene.steps.len() as f64);
+                times.push(tests.time(precision));
             }
         }
         for (precision, times) in Precision::ALL.into_iter().zip(times) {
@@ -221,8 +221,7 @@ impl<'s> Study<'s> {
             self.progress.begin(setting, 1);
             let (repetitions, worth) = (times.len(), tests.worth(precision));
             let time = Spread::of(times).expect("each arithmetic is run at least once");
-            let steps = self.scene.steps.len();
-            self.measured.push(Measurement { setting, threads: 1, repetitions, time, steps, worth });
+            self.measured.push(Measurement { setting, threads: 1, repetitions, time, worth });
             self.progress.end();
         }
         Ok(())

@@ -31,7 +31,7 @@ const MEDIAN_ERROR: Column =
 const LARGEST_ERROR: Column =
     ("largest error", |row| row.worth.error.map_or_else(String::new, |error| small(error.largest)));
 const APART: Column = ("apart at most", |row| row.worth.apart.map_or_else(String::new, |apart| format!("{apart:.3}")));
-const EACH_TEST: Column = ("a test", |row| row.time_per_test().map_or_else(String::new, duration));
+const TEST_TIME: Column = ("a test", |row| duration(row.time.median));
 const WRONG_TESTS: Column = ("wrong tests", |row| {
     let [tests, wrong] = row.worth.tests.unwrap_or_default();
     format!("{wrong} of {tests}")
@@ -50,7 +50,7 @@ fn columns(family: Family) -> &'static [Column] {
             &[SETTING, THREADS, TIME, SPREAD, MEDIAN_ERROR, LARGEST_ERROR, OPEN_PAIRS]
         }
         Family::Effect => &[SETTING, THREADS, TIME, SPREAD],
-        Family::Arithmetic => &[SETTING, TIME, SPREAD, EACH_TEST, WRONG_TESTS, WRONG],
+        Family::Arithmetic => &[SETTING, TEST_TIME, SPREAD, WRONG_TESTS, WRONG],
     }
 }
 
@@ -95,7 +95,6 @@ mod tests {
             threads: 1,
             repetitions: 1,
             time: Spread { median: 1e3, low: 1e3, high: 2e3 },
-            steps: 1,
             worth: Worth { pairs: 200, open, ..Worth::default() },
         };
         let measured = [row(1_000, 200), row(20_000, 3)];
