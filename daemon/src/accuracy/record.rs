@@ -63,13 +63,7 @@ mod tests {
     fn measurement() -> Measurement {
         let worth = Worth { pairs: 4, open: 1, overrun: Some(250.0), ..Worth::default() };
         let time = Spread { median: 2_000.0, low: 1_500.0, high: 3_000.0 };
-        Measurement {
-            setting: Setting::Budget { nanoseconds: 5_000 },
-            threads: 2,
-            repetitions: 3,
-            time,
-            worth,
-        }
+        Measurement { setting: Setting::Budget { nanoseconds: 5_000 }, threads: 2, repetitions: 3, time, worth }
     }
 
     #[test]
