@@ -28,8 +28,9 @@ const BUDGET: i64 = 4096;
 const LIGHT: u64 = 512;
 
 /// The same for a pair that is looked at for the first, second, … time in a step with a budget: every pair gets its share before one gets
-/// more, and to begin anew costs less than what the last time took.
-const SHARES: [i64; 2] = [64, 512];
+/// more, and to begin anew costs less than what the last time took. The cheap proofs come first: the witness of the last step, and the
+/// containers.
+const SHARES: [i64; 3] = [0, 64, 512];
 
 /// Voxels compared between two looks at the budget: a few microseconds.
 const SLICE: i64 = 128;
