@@ -47,8 +47,8 @@ impl Bounds<'_> {
     /// Whether the spheres around two voxels reach each other.
     pub fn reach_each_other(&self, voxels: &VoxelPair) -> bool {
         let (distance, reach) = self.spheres(voxels);
-        // What cannot be compared is not proven apart, and kept.
-        distance <= reach || distance.is_nan() || reach.is_nan()
+        // What is beyond f64 is not proven apart, and kept.
+        distance <= reach || !distance.is_finite() || reach.is_nan()
     }
 
     /// What is known when *some* voxels of the levels of these reach each other, and so do the spheres around them.
@@ -80,7 +80,7 @@ impl Bounds<'_> {
         let (lattice, [x, y, z]) = (object.matrix().lattice(), columns(rows));
         let half = lattice.half_sides();
         let centre =
-            lattice.middle() + DVec3::from([0, 1, 2].map(|axis| half[axis] * f64::from(cell.centre[axis]) * UNIT));
+            lattice.middle() + DVec3::from([0, 1, 2].map(|axis| half[axis] * (f64::from(cell.centre[axis]) * UNIT)));
         let [i, j, k] = self.frame.shares(which, cell).map(f64::from);
         let (x, y, z) = (x * (half[0] * i), y * (half[1] * j), z * (half[2] * k));
         let diagonals: [DVec3; 4] = [x + y + z, x + y - z, x - y + z, x - y - z];
