@@ -24,6 +24,7 @@
 //!
 //! Nothing waits for ever: each call has a deadline, and a daemon that dies is reported as [`Error::DaemonGone`].
 
+mod batch;
 mod connect;
 mod database;
 mod effect_results;
@@ -45,6 +46,7 @@ pub mod instance;
 #[doc(hidden)]
 pub mod transport;
 
+pub use batch::{Batch, BatchReport};
 pub use collided_protocol::control::{
     Accuracy, ClientStatus, Dynamics, Mass, ObjectInfo, Reply, Request, SceneStatus, Status,
 };

@@ -328,7 +328,7 @@ fn check_pair(pair: &PairRecord, polygon_pair_count: usize) -> Result<(), Error>
     Ok(())
 }
 
-fn refusal(header: &ReportHeader, words: &[Word]) -> Error {
+pub(crate) fn refusal(header: &ReportHeader, words: &[Word]) -> Error {
     let bytes: &[u8] = bytemuck::cast_slice(words);
     let json = bytes.get(..header.error_bytes as usize).unwrap_or(bytes);
     match serde_json::from_slice::<WireError>(json) {

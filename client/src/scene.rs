@@ -10,6 +10,7 @@ use collided_protocol::{Effect, Effects};
 
 pub use collided_protocol::control::Interest;
 
+use crate::batch::{Batch, BatchReport};
 use crate::connect::{Client, unexpected};
 use crate::database::Object;
 use crate::error::Error;
@@ -237,6 +238,49 @@ impl Scene {
     /// As [`Scene::step`].
     pub fn write_step(&mut self, write: impl FnOnce(&mut [Rows])) -> Result<Report, Error> {
         self.channel.send_written(&self.client, self.bodies.len(), write)?.collect(self.deadline)
+    }
+
+    /// Asks for the verdict of each of many candidate poses, in one message. No body moves: the next step begins where the bodies are.
+    ///
+    /// A candidate is the scene with the bodies that the batch names where the candidate has them, and all others where they are. Its
+    /// verdict is that of the pairs of interest that have a named body in them: interfering when some pair is proven to (inside
+    /// another body, too, where `containment` is asked), clear when all are proven clear, possible when the accuracy or the budget leaves
+    /// it open. Pairs of two other bodies are the same for every candidate; a step says what is known of them. Effects besides
+    /// `containment` are not computed.
+    ///
+    /// The first free pose of a part, as a planner samples it:
+    ///
+    /// ```no_run
+    /// use collided_client::{Batch, BodyId, Rows, Scene, Verdict, translation};
+    ///
+    /// # fn first_free(scene: &mut Scene, part: BodyId) -> Result<Option<Rows>, collided_client::Error> {
+    /// let samples: Vec<Rows> = (0..1000).map(|sample| translation([0.0, 0.0, 0.001 * f64::from(sample)])).collect();
+    /// let batch = Batch { bodies: &[part], candidates: &samples, stop_at: Some(Verdict::Clear) };
+    /// let free = scene.step_batch(&batch)?.first_clear();
+    /// # Ok(free.map(|number| samples[number]))
+    /// # }
+    /// ```
+    ///
+    /// Whether a robot of several links collides on its way, with `stop_at: Some(Verdict::Interfering)` and the transforms of all links at
+    /// each waypoint, is the same question:
+    ///
+    /// ```no_run
+    /// use collided_client::{Batch, BodyId, Rows, Scene, Verdict};
+    ///
+    /// # fn is_free(scene: &mut Scene, links: &[BodyId], waypoints: &[Vec<Rows>]) -> Result<bool, collided_client::Error> {
+    /// let candidates = waypoints.concat();
+    /// let report = scene.step_batch(&Batch { bodies: links, candidates: &candidates, stop_at: Some(Verdict::Interfering) })?;
+    /// # let is_free =
+    /// report.verdicts().all(|verdict| verdict == Some(Verdict::Clear))
+    /// # ; Ok(is_free)
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Scene::step_sparse`]; the message names the candidate. Nothing is computed then.
+    pub fn step_batch(&mut self, batch: &Batch<'_>) -> Result<BatchReport, Error> {
+        let count = batch.count()?;
+        self.channel.send_batch(&self.client, batch)?.collect_batch(count, self.deadline)
     }
 
     /// Sends a dense step; its report is collected later.

@@ -10,13 +10,14 @@ use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::names::{reply_service, step_service, wake_service};
 use collided_protocol::report::ReportHeader;
 use collided_protocol::step::{
-    MOTION_LINEAR, ROWS_WORDS, RigidRecord, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, VelocityRecord, Word, id_words,
-    payload_words, step_words,
+    MOTION_LINEAR, ROWS_WORDS, RigidRecord, Rows, STEP_BATCH, STEP_DENSE, STEP_SPARSE, STOP_NEVER, StepHeader,
+    VelocityRecord, Word, batch_words, id_words, payload_words, step_words,
 };
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
 use iceoryx2::port::client::RequestSendError;
 use iceoryx2::prelude::*;
 
+use crate::batch::{Batch, BatchReport};
 use crate::connect::Client;
 use crate::error::{Error, TransportError};
 use crate::report::{Held, Report};
@@ -201,6 +202,19 @@ impl StepChannel {
         self.send(client, request, header(STEP_DENSE, count))
     }
 
+    pub(crate) fn send_batch(self: &Arc<Self>, client: &Client, batch: &Batch<'_>) -> Result<Pending, Error> {
+        let count = batch.count()?;
+        let words = batch_words(batch.bodies.len(), count);
+        self.check_room(words)?;
+        let request = self.requests.loan_slice_uninit(words).map_err(loan_error)?;
+        let header = StepHeader {
+            candidate_count: count as u32,
+            stop_at: batch.stop_at.map_or(STOP_NEVER, |verdict| STOP_NEVER + 1 + verdict as u32),
+            ..header(STEP_BATCH, batch.bodies.len())
+        };
+        self.send(client, request.write_from_fn(|word| batch.word(word)), header)
+    }
+
     fn check_room(&self, words: usize) -> Result<(), Error> {
         if self.reports_held.load(Ordering::Relaxed) >= MAX_REPORTS_HELD {
             return Err(Error::TooManyReportsHeld);
@@ -254,13 +268,24 @@ impl Pending {
     /// # Errors
     /// As [`Scene::step`](crate::Scene::step); [`Error::AlreadyCollected`] when the report was collected before.
     pub fn collect(&mut self, timeout: Duration) -> Result<Report, Error> {
+        let (response, held) = self.collect_response(timeout)?;
+        Report::new(response, held)
+    }
+
+    /// The same for a batch of so many candidates.
+    pub(crate) fn collect_batch(&mut self, count: usize, timeout: Duration) -> Result<BatchReport, Error> {
+        let (response, held) = self.collect_response(timeout)?;
+        BatchReport::new(response, held, count)
+    }
+
+    fn collect_response(&mut self, timeout: Duration) -> Result<(StepResponse, Held), Error> {
         let pending = self.pending.as_ref().ok_or(Error::AlreadyCollected)?;
         let answer = self.channel.wait(&self.client, pending, timeout);
         if matches!(answer, Err(Error::Deadline { .. })) {
             return Err(Error::Deadline { waited: timeout });
         }
         self.pending = None;
-        Report::new(answer?, Held::new(&self.channel.reports_held))
+        Ok((answer?, Held::new(&self.channel.reports_held)))
     }
 }
 
@@ -331,11 +356,15 @@ fn spin(pending: &StepPending, time: Duration) -> Result<Option<StepResponse>, E
 fn sparse_word(transforms: &[(BodyId, Rows)], word: usize) -> Word {
     let ids = id_words(transforms.len());
     if word < ids {
-        let id = |index: usize| transforms.get(index).map_or(0, |(body, _)| body.0);
-        return bytemuck::cast([id(2 * word), id(2 * word + 1)]);
+        return id_word(word, |index| transforms.get(index).map(|&(body, _)| body));
     }
     let (transform, value) = ((word - ids) / ROWS_WORDS, (word - ids) % ROWS_WORDS);
     transforms[transform].1.as_flattened()[value].to_bits()
+}
+
+/// Word number `word` of a list of ids.
+pub(crate) fn id_word(word: usize, id: impl Fn(usize) -> Option<BodyId>) -> Word {
+    bytemuck::cast([2 * word, 2 * word + 1].map(|index| id(index).map_or(0, |body| body.0)))
 }
 
 fn loan_error(error: iceoryx2::port::LoanError) -> Error {

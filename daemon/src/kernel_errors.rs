@@ -29,7 +29,7 @@ pub fn object_error(error: &ObjectError, target: &Target) -> WireError {
 }
 
 /// Why a step was refused. `name` tells the name of a body, `bodies` the number of living ones.
-pub fn step_error(error: &StepError, name: impl Fn(u32) -> String) -> WireError {
+pub fn step_error(error: &StepError, name: &dyn Fn(u32) -> String) -> WireError {
     match *error {
         StepError::TransformCount { expected, found } => WireError::new(
             ErrorCode::BadStep,
@@ -73,6 +73,10 @@ pub fn step_error(error: &StepError, name: impl Fn(u32) -> String) -> WireError 
             format!("the velocity of body {} (id {}) has the number {value}", name(body.0), body.0),
             "send finite numbers; no body has moved",
         ),
+        StepError::BadCandidate { candidate, ref fault } => {
+            let fault = step_error(fault, name);
+            WireError { message: format!("candidate {candidate}: {}", fault.message), ..fault }
+        }
         ref other => WireError::new(ErrorCode::Internal, format!("the step failed: {other}"), "report this as a bug"),
     }
 }

@@ -8,8 +8,8 @@ use collided_client::transport::{self, StepActive};
 use collided_kernel as kernel;
 use collided_protocol::limits::MAX_REPORT_WORDS;
 use collided_protocol::report::{
-    Containment, FLAG_INCOMPLETE, FLAG_RESPONSE_CAPPED, Level, PAIR_UNFINISHED, PairRecord, Relation, ReportHeader,
-    STATUS_OK, Section, StageCounts, StageTimes, Verdict,
+    Containment, FLAG_INCOMPLETE, FLAG_RESPONSE_CAPPED, Level, NOT_LOOKED_AT, PAIR_UNFINISHED, PairRecord, Relation,
+    ReportHeader, SECTION_CANDIDATES, STATUS_OK, Section, StageCounts, StageTimes, Verdict,
 };
 use collided_protocol::step::Word;
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
@@ -46,7 +46,17 @@ pub fn send_report(
     header.flags =
         flag(report.response_was_capped(), FLAG_RESPONSE_CAPPED) | flag(!report.is_complete(), FLAG_INCOMPLETE);
     let pairs = pair_records(report).flat_map(effect_words::of::<_, PAIR_WORDS>).chain(polygon_pair_words(report));
-    let content = pairs.chain(effect_words::words(report));
+    send(active, header, words, pairs.chain(effect_words::words(report)), finish)
+}
+
+/// Sends so many words; zeros follow the content.
+fn send(
+    active: &StepActive,
+    mut header: ReportHeader,
+    words: usize,
+    content: impl Iterator<Item = Word>,
+    finish: impl FnOnce(&mut StageTimes),
+) -> Result<(), WireError> {
     let mut response = active.loan_slice_uninit(words).map_err(|error| out_of_memory(words, &error.to_string()))?;
     let mut places = response.payload_mut().iter_mut();
     // Pushed, not pulled: to ask a chain of so many sections for each word takes longer than to write it.
@@ -63,6 +73,27 @@ pub fn send_report(
     finish(&mut header.times);
     *response.user_header_mut() = header;
     response.send().map_err(send_failed)
+}
+
+/// Writes and sends the verdicts of a batch; `finish` as of [`send_report`].
+///
+/// # Errors
+/// As [`send_report`].
+pub fn send_batch(
+    active: &StepActive,
+    mut header: ReportHeader,
+    report: &kernel::BatchReport<'_>,
+    finish: impl FnOnce(&mut StageTimes),
+) -> Result<(), WireError> {
+    let count = report.verdicts().len();
+    header.sections[SECTION_CANDIDATES] = Section { first_word: 0, count: count as u32 };
+    let words = count.div_ceil(size_of::<Word>());
+    check_size(words)?;
+    header.counts = stage_counts(&report.counts());
+    header.times = stage_times(&report.times());
+    let mut codes = report.verdicts().map(|found| found.map_or(NOT_LOOKED_AT, |found| verdict(found) as u8));
+    let word = |_| Word::from_ne_bytes([0; size_of::<Word>()].map(|_: u8| codes.next().unwrap_or(0)));
+    send(active, header, words, (0..words).map(word), finish)
 }
 
 /// A body of a header, 0 for none.

@@ -10,19 +10,20 @@ use collided_client::TransportError;
 use collided_client::transport::{
     self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed,
 };
-use collided_kernel::Budget;
+use collided_kernel::{Budget, StepError};
 use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::names::{reply_service, step_service, wake_service};
-use collided_protocol::report::ReportHeader;
-use collided_protocol::step::{StepHeader, Word};
+use collided_protocol::report::{ReportHeader, StageTimes};
+use collided_protocol::step::{STEP_BATCH, StepHeader, Word};
 use collided_protocol::{ErrorCode, WireError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, Node};
 
+use crate::budget::Slot;
 use crate::kernel_errors;
 use crate::report_writer::{self, INITIAL_REPORT_WORDS};
 use crate::scene::{Scene, SharedScene};
 use crate::state::Daemon;
-use crate::step_payload;
+use crate::step_payload::{self, Message};
 
 /// Chunks of memory for reports: those that a client may hold while it has more steps under way, the one being written, and
 /// one that travels back.
@@ -216,7 +217,10 @@ impl SceneThread {
         // The client can still write what it has sent: the header is copied, and the length asked for once.
         let header: StepHeader = *active.user_header();
         let words: &[Word] = active.payload();
-        let reply = report_writer::header(header.sequence, self.scene.count_step());
+        // A batch moves nothing: it is no step.
+        let is_step = header.kind != STEP_BATCH;
+        let steps = if is_step { self.scene.count_step() } else { self.scene.step_count() };
+        let reply = report_writer::header(header.sequence, steps);
         let scene = Arc::clone(&self.scene);
         if let Err(error) = self.step(&mut scene.lock(), active, &header, words, reply, start) {
             tracing::debug!(%error, "a step was refused");
@@ -235,7 +239,7 @@ impl SceneThread {
         reply: ReportHeader,
         start: Instant,
     ) -> Result<(), WireError> {
-        let input = step_payload::read(header, words, &mut self.copied)?;
+        let message = step_payload::read(header, words, &mut self.copied)?;
         if scene.broken {
             return Err(broken());
         }
@@ -244,30 +248,61 @@ impl SceneThread {
         scene.kernel.set_budget(scene.budget.map_or(Budget::Unlimited, |budget| {
             Budget::Nanoseconds(budget.saturating_sub(start.elapsed() + self.writing).as_nanos() as u64)
         }));
+        let mut answer = Answer { active, reply, start, written: None };
         let kernel = &mut scene.kernel;
-        let step = || {
-            let kernel = kernel;
-            kernel.step(input, &slot)
-        };
-        let outcome = catch_unwind(AssertUnwindSafe(step));
-        let error = match outcome {
-            Ok(Ok(report)) => {
-                let written = Instant::now();
-                let sent = report_writer::send_report(active, reply, &report, |times| {
-                    times.report = written.elapsed().as_nanos() as u64;
-                    times.total = start.elapsed().as_nanos() as u64;
-                });
-                self.writing = written.elapsed();
-                return sent;
-            }
-            Ok(Err(error)) => error,
+        let outcome = catch_unwind(AssertUnwindSafe(|| answer.compute(kernel, message, &slot)));
+        if let Some(written) = answer.written {
+            self.writing = written.elapsed();
+        }
+        match outcome {
+            Ok(Ok(sent)) => sent,
+            Ok(Err(error)) => Err(kernel_errors::step_error(&error, &|id| scene.body_name(id))),
             Err(_) => {
                 scene.broken = true;
-                return Err(broken());
+                Err(broken())
             }
-        };
-        Err(kernel_errors::step_error(&error, |id| scene.body_name(id)))
+        }
     }
+}
+
+/// The answer to a step under way.
+struct Answer<'s> {
+    active: &'s StepActive,
+    reply: ReportHeader,
+    start: Instant,
+    /// When writing began.
+    written: Option<Instant>,
+}
+
+impl Answer<'_> {
+    /// Computes and sends a report.
+    fn compute(
+        &mut self,
+        kernel: &mut collided_kernel::Scene,
+        message: Message<'_>,
+        slot: &Slot<'_>,
+    ) -> Result<Result<(), WireError>, StepError> {
+        let (active, reply, start) = (self.active, self.reply, self.start);
+        let written = &mut self.written;
+        match message {
+            Message::Step(input) => {
+                let report = kernel.step(input, slot)?;
+                let written = *written.insert(Instant::now());
+                Ok(report_writer::send_report(active, reply, &report, |times| complete(times, written, start)))
+            }
+            Message::Batch(input) => {
+                let report = kernel.batch(&input, slot)?;
+                let written = *written.insert(Instant::now());
+                Ok(report_writer::send_batch(active, reply, &report, |times| complete(times, written, start)))
+            }
+        }
+    }
+}
+
+/// The times that are known when the report is written.
+fn complete(times: &mut StageTimes, written: Instant, start: Instant) {
+    times.report = written.elapsed().as_nanos() as u64;
+    times.total = start.elapsed().as_nanos() as u64;
 }
 
 fn broken() -> WireError {

@@ -15,6 +15,9 @@ pub const MAX_CONTROL_MESSAGE: usize = 64 << 20;
 /// The most bodies in a scene.
 pub const MAX_BODIES: u32 = 1 << 20;
 
+/// The most transforms in a batch, those of all candidates together: 96 MiB.
+pub const MAX_BATCH_TRANSFORMS: u64 = 1 << 20;
+
 /// The most vertices, polygons or corners of one object.
 pub const MAX_MESH_ELEMENTS: u64 = 1 << 30;
 

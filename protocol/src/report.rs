@@ -21,7 +21,11 @@ pub const FLAG_INCOMPLETE: u32 = 2;
 pub const SECTION_PAIRS: usize = 0;
 /// Section of [`PolygonPairRecord`]s: those of the first pair, then those of the second, each ordered by (a, b).
 pub const SECTION_POLYGON_PAIRS: usize = 1;
-/// How many sections a header has room for: these, those of [`effect_records`](crate::effect_records), and some to come.
+/// Section of the answer to a batch: one byte for each candidate, a [`Verdict`] or [`NOT_LOOKED_AT`]. It has no other section.
+pub const SECTION_CANDIDATES: usize = 13;
+/// A candidate behind the one at which the batch was to stop.
+pub const NOT_LOOKED_AT: u8 = 255;
+/// How many sections a header has room for: these, those of [`effect_records`](crate::effect_records), and two to come.
 pub const SECTION_COUNT: usize = 16;
 
 /// Where a section stands in the payload.

@@ -4,7 +4,10 @@
 //! id. A **sparse** step holds `transform_count` body ids (`u32`, two to a word, the last word filled with zero), then as
 //! many [`Rows`]; bodies that are not named keep their last transform.
 //!
-//! Behind these stand `rigid_count` [`RigidRecord`]s, of bodies that turn within the step, and `velocity_count`
+//! A **batch** moves no body: it holds `transform_count` body ids, filled up as those of a sparse step, then as many [`Rows`] for each of
+//! `candidate_count` candidates, and nothing else.
+//!
+//! Behind the transforms of a step stand `rigid_count` [`RigidRecord`]s, of bodies that turn within the step, and `velocity_count`
 //! [`VelocityRecord`]s, which the effect `response` takes.
 
 use bytemuck::{Pod, Zeroable};
@@ -25,6 +28,12 @@ pub const STEP_DENSE: u32 = 0;
 /// [`StepHeader::kind`]: ids, then transforms.
 pub const STEP_SPARSE: u32 = 1;
 
+/// [`StepHeader::kind`]: ids, then their transforms in each candidate. The answer has a verdict for each, and no body moves.
+pub const STEP_BATCH: u32 = 2;
+
+/// [`StepHeader::stop_at`]: every candidate is looked at.
+pub const STOP_NEVER: u32 = 0;
+
 /// [`StepHeader::motion`]: the affine matrix of a body without a [`RigidRecord`] is interpolated linearly from the last step's
 /// transform to this one's.
 pub const MOTION_LINEAR: u32 = 0;
@@ -36,13 +45,13 @@ pub const MOTION_LINEAR: u32 = 0;
 pub struct StepHeader {
     /// [`crate::PROTOCOL_VERSION`] of the sender.
     pub protocol: u32,
-    /// [`STEP_DENSE`] or [`STEP_SPARSE`].
+    /// [`STEP_DENSE`], [`STEP_SPARSE`] or [`STEP_BATCH`].
     pub kind: u32,
     /// The client's number for this step; the report carries it back.
     pub sequence: u64,
-    /// How many transforms follow.
+    /// How many transforms follow; in a batch, for each candidate.
     pub transform_count: u32,
-    /// Candidate poses in a batch; 1 in this version.
+    /// Candidate poses in a batch; 1 in a step.
     pub candidate_count: u32,
     /// The motion kind; [`MOTION_LINEAR`] in this version.
     pub motion: u32,
@@ -50,10 +59,11 @@ pub struct StepHeader {
     pub rigid_count: u32,
     /// The time between the last step and this one, in the caller's time unit; zero when unknown.
     pub delta_time: f64,
-    /// How many [`VelocityRecord`]s follow.
+    /// How many [`VelocityRecord`]s follow; 0 in a batch.
     pub velocity_count: u32,
-    /// Zero in this version.
-    pub reserved: u32,
+    /// Of a batch: [`STOP_NEVER`], or 1 plus the code of a [`Verdict`](crate::report::Verdict); candidates behind the first one of it need
+    /// not be looked at. Else zero.
+    pub stop_at: u32,
 }
 
 /// A body that moves rigidly from its last transform, and has none in this step: at the time t from 0 to 1 its vertices are at
@@ -97,7 +107,7 @@ const _: () = assert!(size_of::<StepHeader>() == 48);
 const _: () = assert!(RIGID_WORDS == 11 && VELOCITY_WORDS == 7);
 const _: () = assert!(ROWS_WORDS == 12);
 
-/// How many words the ids of a sparse step with `transform_count` transforms take.
+/// How many words `transform_count` ids take.
 pub const fn id_words(transform_count: usize) -> usize {
     transform_count.div_ceil(2)
 }
@@ -105,6 +115,11 @@ pub const fn id_words(transform_count: usize) -> usize {
 /// How many words the payload of a step takes, motions and velocities included.
 pub const fn payload_words(kind: u32, transform_count: usize, rigid_count: usize, velocity_count: usize) -> usize {
     step_words(kind, transform_count) + rigid_count * RIGID_WORDS + velocity_count * VELOCITY_WORDS
+}
+
+/// How many words the payload of a batch takes.
+pub const fn batch_words(body_count: usize, candidate_count: usize) -> usize {
+    id_words(body_count) + body_count * candidate_count * ROWS_WORDS
 }
 
 /// How many words the ids and transforms of a step take.

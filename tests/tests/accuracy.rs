@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use collided_kernel::PolygonMesh;
+use collided_kernel::affine::IDENTITY;
 use collided_kernel::effects::distance::{DistanceSettings, Memory, distance};
 use collided_kernel::{
     Accuracy, BodyId, Budget, Effects, Level, NoClock, Object, OpenBound, Report, Scene, Transforms, Verdict,
 };
 use collided_protocol::step::Rows;
+use collided_tests::hardcases::unit_cube;
 use collided_tests::kernel_pair::pools;
 use collided_tests::{crowd, meshes, transforms};
 use proptest::prelude::*;
@@ -206,7 +209,7 @@ fn what_was_left_open_is_decided_by_later_steps_without_a_motion() {
     let [pool, _] = pools();
     pool.install(|| {
         let (exact, _) = answer(&mut scene(&objects, Accuracy::default(), Budget::Unlimited), &steps[0]);
-        let mut patient = scene(&objects, Accuracy::default(), Budget::Work(4000));
+        let mut patient = scene(&objects, Accuracy::default(), Budget::Work(12_000));
         let mut found = answer(&mut patient, &steps[0]).0;
         assert!(!found.bounds.is_empty(), "one step is not enough");
         for _ in 0..100 {
@@ -255,6 +258,29 @@ fn what_is_unfinished_is_said_and_not_half_told() {
         }
         assert!(unfinished > 20, "{unfinished} pairs were left unfinished");
     });
+}
+
+#[test]
+fn what_may_be_inside_is_not_clear_for_want_of_time() {
+    let cube = unit_cube();
+    let cube = PolygonMesh::from_polygons(cube.vertices.to_vec(), cube.triangles);
+    let cube = meshes::build(cube, Some(2));
+    let inner = [[0.25, 0.0, 0.0, 0.4], [0.0, 0.25, 0.0, 0.4], [0.0, 0.0, 0.25, 0.4]];
+    let [pool, _] = pools();
+    let verdicts: Vec<Verdict> = (0..2000)
+        .step_by(10)
+        .map(|work| {
+            pool.install(|| {
+                let mut scene = scene(&[Arc::clone(&cube), Arc::clone(&cube)], Accuracy::default(), Budget::Work(work));
+                scene.set_effects(Effects::CONTAINMENT);
+                answer(&mut scene, &[IDENTITY, inner]).0.verdict((0, 1))
+            })
+        })
+        .collect();
+    assert!(
+        !verdicts.contains(&Verdict::Clear) && verdicts.is_sorted_by_key(|&verdict| verdict == Verdict::Interfering)
+    );
+    assert_eq!((verdicts[0], verdicts[199]), (Verdict::Possible, Verdict::Interfering));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! A step allocates nothing once its memory has grown: each effect alone, and all of them together.
+//! A step allocates nothing once its memory has grown: each effect alone, and all of them together. Nor does a batch.
 //!
 //! Known exceptions: integers of any length, which decide what two f64 do not (`predicates/any_range.rs`, the ties of
 //! `contacts/position.rs`, and `time_of_contact/exact.rs` where rounding hides a contact), and rayon's own queues when a step is shared
@@ -11,7 +11,8 @@ use std::sync::Arc;
 use collided_kernel::effects::distance::DistanceSettings;
 use collided_kernel::effects::response::{MassProperties, Velocity};
 use collided_kernel::{
-    Accuracy, BodyId, Dynamics, Effects, NoClock, Object, RigidMotion, Scene, StepInput, Transforms,
+    Accuracy, BatchInput, BodyId, Dynamics, Effects, NoClock, Object, RigidMotion, Scene, StepInput, Transforms,
+    Verdict,
 };
 use collided_protocol::step::Rows;
 use collided_tests::solids::{at, cuboid};
@@ -126,6 +127,44 @@ fn allocations(crowd: &Crowd, effects: Effects) -> u64 {
     let pairs = crowd.steps.len() * crowd.steps[0].len() * (crowd.steps[0].len() - 1) / 2;
     assert!((1..pairs as u64).contains(&interfering), "{}: {interfering} of {pairs} pairs interfere", crowd.name);
     count
+}
+
+/// How often a batch asks the system for memory after another one, and a step, of the same size.
+fn allocations_of_batches(crowd: &Crowd, effects: Effects) -> u64 {
+    let mut scene = scene(crowd, effects);
+    let named = [BodyId(2), BodyId(0), BodyId(5)];
+    let place = |scene: &mut Scene| {
+        scene.step(Transforms::Dense(&crowd.steps[0]), &NoClock).expect("the step is good");
+    };
+    // Some where the others are, and some far off.
+    let candidate = |at: usize| {
+        let away = if at < 150 { 1.0 } else { 20.0 };
+        crowd.steps[at % 4][(at * 7 + at / 6) % 6].map(|[x, y, z, shift]| [x, y, z, away * shift])
+    };
+    let rows: Vec<Rows> = (0..300).map(candidate).collect();
+    let batch = BatchInput { bodies: &named, rows: &rows, stop_at: None };
+    let judge = |scene: &mut Scene| {
+        let report = scene.batch(&batch, &NoClock).expect("the batch is good");
+        let interfering = report.verdicts().filter(|found| *found == Some(Verdict::Interfering)).count();
+        assert!((1..100).contains(&interfering), "{}: {interfering} of 100", crowd.name);
+    };
+    (0..2).for_each(|_| {
+        place(&mut scene);
+        judge(&mut scene);
+    });
+    let before = COUNT.get();
+    place(&mut scene);
+    judge(&mut scene);
+    judge(&mut scene);
+    COUNT.get() - before
+}
+
+#[test]
+fn a_batch_allocates_nothing_after_warm_up() {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
+    for effects in [Effects::INTERFERENCE, Effects::CONTAINMENT.union(Effects::POLYGON_PAIRS)] {
+        assert_eq!(pool.install(|| allocations_of_batches(&bunnies(), effects)), 0, "{effects:?}");
+    }
 }
 
 #[test]

@@ -5,10 +5,10 @@ use collided_client::transport::{
 };
 use collided_client::{Client, Effect, ErrorCode, IDENTITY, Reply, Request, TransportError};
 use collided_protocol::control::BodySpec;
-use collided_protocol::limits::MAX_BODIES;
+use collided_protocol::limits::{MAX_BATCH_TRANSFORMS, MAX_BODIES};
 use collided_protocol::names::{reply_service, step_service, wake_service};
-use collided_protocol::report::{ReportHeader, STATUS_OK};
-use collided_protocol::step::{MOTION_LINEAR, STEP_DENSE, STEP_SPARSE, StepHeader, Word};
+use collided_protocol::report::{NOT_LOOKED_AT, ReportHeader, SECTION_CANDIDATES, STATUS_OK, Verdict};
+use collided_protocol::step::{MOTION_LINEAR, STEP_BATCH, STEP_DENSE, STEP_SPARSE, StepHeader, Word};
 use collided_protocol::{PROTOCOL_VERSION, WireError};
 use collided_tests::daemon_process::{DaemonProcess, await_some};
 use collided_tests::small_meshes::TRIANGLE;
@@ -113,7 +113,7 @@ fn steps_that_do_not_keep_to_the_protocol_are_refused_and_the_scene_goes_on() {
     let too_many = StepHeader { transform_count: MAX_BODIES + 1, ..good };
     let cases = [
         (StepHeader { protocol: 99, ..good }, dense(), ErrorCode::ProtocolMismatch, "99"),
-        (StepHeader { kind: 2, ..good }, dense(), ErrorCode::BadStep, "kind 2"),
+        (StepHeader { kind: 3, ..good }, dense(), ErrorCode::BadStep, "kind 3"),
         (StepHeader { candidate_count: 0, ..good }, dense(), ErrorCode::BadStep, "0 candidate poses"),
         (StepHeader { candidate_count: 5, ..good }, dense(), ErrorCode::BadStep, "5 candidate poses"),
         (StepHeader { motion: 3, ..good }, dense(), ErrorCode::BadStep, "motion kind 3"),
@@ -139,6 +139,50 @@ fn steps_that_do_not_keep_to_the_protocol_are_refused_and_the_scene_goes_on() {
         assert_eq!(response.user_header().sections[0].count, 1, "the two bodies interfere");
     }
     assert_eq!(scene.client.status().unwrap().scenes.len(), 1);
+}
+
+#[test]
+fn batches_that_do_not_keep_to_the_protocol_are_refused_and_the_scene_goes_on() {
+    let daemon = DaemonProcess::start();
+    let scene = RawScene::create(&daemon);
+    // Two candidates for the second body.
+    let good = StepHeader { kind: STEP_BATCH, transform_count: 1, candidate_count: 2, ..header() };
+    let batch = |id: u32| [vec![Word::from(id)], dense()].concat();
+    let many = StepHeader { candidate_count: MAX_BATCH_TRANSFORMS as u32 + 1, ..good };
+    let bad_entry = |mut words: Vec<Word>| {
+        words[1 + 12 + 5] = f64::INFINITY.to_bits();
+        words
+    };
+    let cases = [
+        (StepHeader { transform_count: 0, ..good }, batch(1), ErrorCode::BadStep, "names no body"),
+        (
+            StepHeader { candidate_count: 3, ..good },
+            batch(1),
+            ErrorCode::BadStep,
+            "3 candidates of 1 transforms take 37",
+        ),
+        (StepHeader { candidate_count: 0, ..good }, batch(1), ErrorCode::BadStep, "25 words"),
+        (StepHeader { rigid_count: 1, ..good }, batch(1), ErrorCode::BadStep, "1 rigid motions"),
+        (StepHeader { velocity_count: 1, ..good }, batch(1), ErrorCode::BadStep, "1 velocities"),
+        (StepHeader { motion: 1, ..good }, batch(1), ErrorCode::BadStep, "motion kind 1"),
+        (StepHeader { stop_at: 4, ..good }, batch(1), ErrorCode::BadStep, "verdict 4"),
+        (many, batch(1), ErrorCode::LimitExceeded, "1048577 candidates"),
+        (StepHeader { candidate_count: u32::MAX, ..good }, batch(1), ErrorCode::LimitExceeded, "4294967295"),
+        (good, batch(2), ErrorCode::UnknownBody, "body 2"),
+        (good, bad_entry(batch(1)), ErrorCode::NonFiniteTransform, "candidate 1: the transform of body \"arm\""),
+    ];
+    for (header, words, code, part) in cases {
+        let error = scene.refused(header, &words);
+        assert_eq!(error.code, code, "{header:?}: {error}");
+        assert!(error.to_string().contains(part), "{header:?}: {error} does not say {part:?}");
+    }
+    let stops = StepHeader { stop_at: 1 + Verdict::Interfering as u32, ..good };
+    for (header, codes) in [(good, [1, 1]), (stops, [1, NOT_LOOKED_AT])] {
+        let response = scene.step(header, &batch(1));
+        let section = response.user_header().sections[SECTION_CANDIDATES];
+        assert_eq!((response.user_header().status, section.first_word, section.count), (STATUS_OK, 0, 2));
+        assert_eq!(response.payload(), [Word::from_ne_bytes([codes[0], codes[1], 0, 0, 0, 0, 0, 0])]);
+    }
 }
 
 #[test]

@@ -26,6 +26,7 @@ pub struct BroadPhase {
     order: Vec<u32>,
     nodes: Vec<TreeNode>,
     stack: Vec<(u32, u32)>,
+    look_up_stack: Vec<u32>,
     /// Of the last step; ascending.
     pairs: Vec<(u32, u32)>,
     changed: Vec<u32>,
@@ -221,23 +222,53 @@ impl BroadPhase {
     }
 
     fn look_up(&mut self, number: u32) {
-        let bounds = self.boxes[number as usize];
-        self.stack.clear();
-        self.stack.push((0, 0));
-        while let Some((at, _)) = self.stack.pop() {
+        let (mut found, mut stack) = (std::mem::take(&mut self.found), std::mem::take(&mut self.look_up_stack));
+        self.overlapping(&self.boxes[number as usize], &mut stack, |other| {
+            if other != number {
+                found.push((number.min(other), number.max(other)));
+            }
+        });
+        (self.found, self.look_up_stack) = (found, stack);
+    }
+
+    /// Makes ready for looking up other boxes among these. Where they are those of the last step, there is nothing to do.
+    pub(crate) fn hold(&mut self, boxes: &[GlobalBox]) {
+        self.find_changed(boxes);
+        let is_new = boxes.len() != self.boxes.len();
+        if !is_new && self.changed.is_empty() && !self.nodes.is_empty() {
+            return;
+        }
+        self.boxes.clear();
+        self.boxes.extend_from_slice(boxes);
+        self.complete = false;
+        if boxes.len() <= 2 * LEAF {
+            self.nodes.clear();
+        } else if self.nodes.is_empty() || self.worn {
+            self.build_tree();
+        } else {
+            self.fit();
+        }
+    }
+
+    /// The numbers of the boxes held that overlap a box.
+    pub(crate) fn overlapping(&self, bounds: &GlobalBox, stack: &mut Vec<u32>, mut meet: impl FnMut(u32)) {
+        if self.nodes.is_empty() {
+            let all = (0..).zip(&self.boxes).filter(|(_, other)| other.overlaps(bounds));
+            return all.for_each(|(other, _)| meet(other));
+        }
+        stack.clear();
+        stack.push(0);
+        while let Some(at) = stack.pop() {
             let node = &self.nodes[at as usize];
-            if !node.bounds.overlaps(&bounds) {
+            if !node.bounds.overlaps(bounds) {
                 continue;
             }
             if node.second_child != 0 {
-                self.stack.extend([(at + 1, 0), (node.second_child, 0)]);
+                stack.extend([at + 1, node.second_child]);
                 continue;
             }
-            for &other in &self.order[node.first as usize..node.end as usize] {
-                if other != number && self.boxes[other as usize].overlaps(&bounds) {
-                    self.found.push((number.min(other), number.max(other)));
-                }
-            }
+            let members = &self.order[node.first as usize..node.end as usize];
+            members.iter().filter(|&&other| self.boxes[other as usize].overlaps(bounds)).for_each(|&other| meet(other));
         }
     }
 

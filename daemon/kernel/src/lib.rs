@@ -23,6 +23,8 @@
 //! | 9. [`effects`] | the effects asked for, a file for each |
 //! | 10. [`report`] | report out |
 //!
+//! [`batch`]: stages 1 to 8 for many candidate poses at once, a verdict for each.
+//!
 //! [`brute_force`] holds the twins of the accelerated stages, [`candidates`](mod@candidates) runs stages 5 to 7 of one pair alone.
 #![forbid(unsafe_code)]
 
@@ -57,12 +59,14 @@ mod double;
 pub mod effects;
 pub mod report;
 
+pub mod batch;
 pub mod step;
 pub mod workforce;
 pub mod brute_force;
 
 pub use accuracy::{Accuracy, Budget};
 pub use affine::Rows;
+pub use batch::{BatchInput, BatchReport};
 pub use container::{Container, MAX_ORDER};
 pub use effects::Effects;
 pub use effects::containment::Containment;

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::accuracy::{Accuracy, Budget};
 use crate::affine::{IDENTITY, Rows};
+use crate::batch::{BatchInput, BatchReport, Candidates};
 use crate::effects::Effects;
 use crate::effects::response::{MassProperties, Velocity};
 use crate::global_boxes::GlobalBox;
@@ -14,7 +15,8 @@ use crate::object::Object;
 use crate::path::Path;
 use crate::report::Report;
 use crate::step::{Clock, Limit, Step, World};
-use crate::transforms::{RigidMotion, Staged, StepError, StepInput, check_staged, commit, stage};
+use crate::submatrix::Placed;
+use crate::transforms::{RigidMotion, Staged, StepError, StepInput, check_staged, commit, settle, stage};
 
 /// Names a body of a scene. Ids ascend from 0 and are never used again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -50,6 +52,13 @@ pub(crate) struct Body {
     pub dynamics: Option<Dynamics>,
 }
 
+impl Body {
+    /// The body where it is.
+    pub fn placed(&self) -> Placed<'_> {
+        Placed { object: &self.object, rows: &self.rows, magnitude: self.magnitude }
+    }
+}
+
 /// What the effect `response` needs to know of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dynamics {
@@ -68,29 +77,53 @@ pub struct Scene {
     bodies: Vec<Body>,
     /// The global bounding box of each.
     boxes: Vec<GlobalBox>,
-    effects: Effects,
-    /// All effects that a rule has ever asked for.
-    rule_effects: Effects,
-    accuracy: Accuracy,
-    /// The farthest that a pair with an accuracy of its own has ever asked distances for.
-    rule_up_to: f64,
+    wanted: Wanted,
     budget: Budget,
     /// The rigid motions of the step under way.
     rigid: Vec<RigidMotion>,
     next_id: u32,
     steps: u64,
     step: Step,
+    candidates: Candidates,
+}
+
+/// What is asked of pairs.
+#[derive(Debug, Default)]
+struct Wanted {
+    /// Of pairs without a rule of their own.
+    effects: Effects,
+    /// All effects that a rule has ever asked for.
+    rule_effects: Effects,
+    /// Of pairs without one of their own.
+    accuracy: Accuracy,
+    /// The farthest that a pair with an accuracy of its own has ever asked distances for.
+    rule_up_to: f64,
+}
+
+impl Wanted {
+    fn of<'s>(&'s self, bodies: &'s [Body], boxes: &'s [GlobalBox], rigid: &'s [RigidMotion], step: u64) -> World<'s> {
+        World {
+            bodies,
+            boxes,
+            effects: self.effects,
+            asked: self.effects.union(self.rule_effects),
+            accuracy: &self.accuracy,
+            up_to: self.accuracy.distance.up_to.max(self.rule_up_to),
+            rigid,
+            step,
+        }
+    }
 }
 
 impl Scene {
     /// A scene without bodies; `effects` are those of every pair without a rule of its own.
     pub fn new(effects: Effects) -> Scene {
-        Scene { effects, ..Scene::default() }
+        Scene { wanted: Wanted { effects, ..Wanted::default() }, ..Scene::default() }
     }
 
     /// Changes the effects of every pair without a rule of its own.
     pub fn set_effects(&mut self, effects: Effects) {
-        self.effects = effects;
+        self.wanted.effects = effects;
     }
 
     /// Places an object. The identity places it until a step says otherwise. Pairs within a group are ignored.
@@ -152,14 +185,14 @@ impl Scene {
         self.index(a.max(b))?;
         self.bodies[at].interest.set(a.max(b), interest);
         if let Interest::Effects(effects) = interest {
-            self.rule_effects = self.rule_effects.union(effects);
+            self.wanted.rule_effects = self.wanted.rule_effects.union(effects);
         }
         Ok(())
     }
 
     /// Changes how exactly pairs without an accuracy of their own are answered.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) {
-        self.accuracy = accuracy;
+        self.wanted.accuracy = accuracy;
         self.step.forget();
     }
 
@@ -171,7 +204,8 @@ impl Scene {
         let at = self.index(a.min(b))?;
         self.index(a.max(b))?;
         self.bodies[at].interest.set_accuracy(a.max(b), accuracy);
-        self.rule_up_to = accuracy.map_or(self.rule_up_to, |accuracy| accuracy.distance.up_to.max(self.rule_up_to));
+        let farthest = self.wanted.rule_up_to;
+        self.wanted.rule_up_to = accuracy.map_or(farthest, |accuracy| accuracy.distance.up_to.max(farthest));
         self.step.forget();
         Ok(())
     }
@@ -222,18 +256,41 @@ impl Scene {
         }
         let limit = Limit::new(self.budget, clock, start);
         let box_count = commit(&mut self.bodies, &mut self.boxes, &self.rigid, self.steps, &limit);
-        let world = World {
-            bodies: &self.bodies,
-            boxes: &self.boxes,
-            effects: self.effects,
-            asked: self.effects.union(self.rule_effects),
-            accuracy: &self.accuracy,
-            up_to: self.accuracy.distance.up_to.max(self.rule_up_to),
-            rigid: &self.rigid,
-            step: self.steps,
-        };
+        let world = self.wanted.of(&self.bodies, &self.boxes, &self.rigid, self.steps);
         self.step.run(world, clock, limit, start, box_count);
         Ok(self.step.report())
+    }
+
+    /// One batch: candidate poses in, a verdict for each out. No body moves, and the next step is answered as without the batch. What
+    /// can be shared is done by the clock's [`Workforce`](crate::Workforce).
+    ///
+    /// ```
+    /// # use std::sync::Arc;
+    /// use collided_kernel::affine::IDENTITY;
+    /// use collided_kernel::{BatchInput, Effects, NoClock, Object, PolygonMesh, Scene, Verdict};
+    ///
+    /// let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let mesh = PolygonMesh::from_polygons(corners, [vec![0, 1, 2]]);
+    /// let triangle = Arc::new(Object::build(mesh, None, &()).expect("a good mesh"));
+    /// let mut scene = Scene::new(Effects::INTERFERENCE);
+    /// let (_wall, tool) = (scene.add_body(Arc::clone(&triangle), None), scene.add_body(triangle, None));
+    /// let mut aside = IDENTITY;
+    /// aside[2][3] = 0.5;
+    /// let batch = BatchInput { bodies: &[tool], rows: &[IDENTITY, aside], stop_at: None };
+    /// let report = scene.batch(&batch, &NoClock).expect("good transforms");
+    /// assert!(report.verdicts().eq([Some(Verdict::Interfering), Some(Verdict::Clear)]));
+    /// ```
+    ///
+    /// # Errors
+    /// [`StepError`] names the candidate, the body and the value; nothing is computed then.
+    pub fn batch(&mut self, input: &BatchInput<'_>, clock: &dyn Clock) -> Result<BatchReport<'_>, StepError> {
+        let start = clock.nanoseconds();
+        let settled = settle(&mut self.bodies, &mut self.boxes)?;
+        self.candidates.take(&self.bodies, input)?;
+        let limit = Limit::new(self.budget, clock, start);
+        let world = self.wanted.of(&self.bodies, &self.boxes, &[], self.steps);
+        self.step.batch(world, &self.candidates, input.stop_at, clock, limit, start);
+        Ok(self.step.batch_report(settled))
     }
 
     fn index(&self, body: BodyId) -> Result<usize, UnknownBody> {

@@ -1,5 +1,6 @@
 //! The step: stages 3 to 10, one after the other.
 
+mod batch;
 mod coherence;
 mod conclusion;
 mod first_step;
@@ -27,6 +28,7 @@ use crate::scene::Body;
 use crate::transforms::{RigidMotion, motion};
 use crate::voxel_pairs::VoxelPair;
 use crate::workforce::Workforce;
+pub(crate) use batch::Batch;
 use coherence::{Clearance, Memory};
 use conclusion::AT_CONTACTS;
 use first_step::time_fault;
@@ -178,6 +180,7 @@ pub(crate) struct Step {
     is_complete: bool,
     /// What it took in the last step to come to an end and put the report together, in nanoseconds a pair.
     ending_time: u64,
+    batch: Batch,
 }
 
 impl Step {
@@ -199,7 +202,7 @@ impl Step {
         self.counts.interest_pairs = self.kept.len() as u64;
         self.times.interest = stopwatch.lap();
         self.is_complete = !limit.is_up();
-        self.compare(&Round { world, clock, limit: &limit });
+        self.compare(&Round { world, clock, limit: &limit, alone: false });
         stopwatch.lap();
         let ending = limit.up_at(stopwatch.last);
         self.learn(&world);
@@ -376,14 +379,14 @@ fn share(tasks: &[Task], voxels: &[VoxelPair], kept: &[Kept], workers: &[Mutex<W
     });
 }
 
-/// The worker of the current thread; the last one is the caller's.
-fn own_worker(workers: &[Mutex<Worker>]) -> MutexGuard<'_, Worker> {
+/// What belongs to the current thread; the last one is the caller's.
+fn own_worker<T>(workers: &[Mutex<T>]) -> MutexGuard<'_, T> {
     let place = rayon::current_thread_index().map_or(workers.len() - 1, |index| index % workers.len());
     workers[place].lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What a worker holds is good even if another task of it has panicked: it is cleared before each use.
-fn get_mut(worker: &mut Mutex<Worker>) -> &mut Worker {
+fn get_mut<T>(worker: &mut Mutex<T>) -> &mut T {
     worker.get_mut().unwrap_or_else(PoisonError::into_inner)
 }
 

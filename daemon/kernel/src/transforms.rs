@@ -133,6 +133,14 @@ pub enum StepError {
         /// The number.
         value: f64,
     },
+    /// A transform of a batch.
+    #[error("candidate {candidate}: {fault}")]
+    BadCandidate {
+        /// Number of the candidate.
+        candidate: usize,
+        /// What is wrong with it.
+        fault: Box<StepError>,
+    },
 }
 
 /// What a step brings a body, until all of it is checked; and afterwards, where the body was before.
@@ -231,11 +239,9 @@ pub(crate) fn check_staged(bodies: &mut [Body], velocities: &[(BodyId, Velocity)
             }
             body.staged = Staged::new(body.rows, step, None);
         }
-        if rests(body) {
-            continue;
+        if !rests(body) {
+            body.staged.magnitude = check_transform(body, &body.staged.rows)?;
         }
-        check_finite(body)?;
-        check_overflow(body)?;
     }
     Ok(())
 }
@@ -259,12 +265,28 @@ pub(crate) fn commit(
         if body.has_box || limit.is_up() || count % SLICE == SLICE - 1 && limit.spend(SLICE) {
             continue;
         }
-        let container = body.object.container();
-        *bounds = container.map_or(GlobalBox::EMPTY, |container| GlobalBox::of(&container, &body.rows));
+        *bounds = box_at(body, &body.rows);
         body.has_box = true;
         count += 1;
     }
     count
+}
+
+/// Computes the boxes of bodies that no step has placed as they are, where they are; says how many. The next step computes them again.
+pub(crate) fn settle(bodies: &mut [Body], boxes: &mut [GlobalBox]) -> Result<u64, StepError> {
+    let mut count = 0;
+    let unsettled = bodies.iter_mut().zip(boxes).filter(|(body, _)| body.replaced || !body.has_box);
+    for (body, bounds) in unsettled {
+        body.magnitude = check_transform(body, &body.rows)?;
+        *bounds = box_at(body, &body.rows);
+        count += 1;
+    }
+    Ok(count)
+}
+
+/// The global bounding box of a body at a transform.
+pub(crate) fn box_at(body: &Body, rows: &Rows) -> GlobalBox {
+    body.object.container().map_or(GlobalBox::EMPTY, |container| GlobalBox::of(&container, rows))
 }
 
 /// Whether the body, which has been checked before, is where it was. Zeros of either sign are different: the report is the same to the bit.
@@ -308,22 +330,29 @@ pub(crate) fn motion(body: &Body, rigid: &[RigidMotion], step: u64) -> Motion {
     }
 }
 
-fn check_finite(body: &Body) -> Result<(), StepError> {
-    for (row, entries) in body.staged.rows.iter().enumerate() {
+/// Whether a body can be placed so; its magnitude there.
+pub(crate) fn check_transform(body: &Body, rows: &Rows) -> Result<DVec3, StepError> {
+    check_finite(body.id, rows)?;
+    let magnitude = magnitude(rows, body.object.reach());
+    if magnitude.is_finite() {
+        return Ok(magnitude);
+    }
+    check_overflow(body, rows).map(|()| magnitude)
+}
+
+fn check_finite(body: BodyId, rows: &Rows) -> Result<(), StepError> {
+    for (row, entries) in rows.iter().enumerate() {
         if let Some(column) = entries.iter().position(|entry| !entry.is_finite()) {
-            return Err(StepError::NonFiniteTransform { body: body.id, row, column, value: entries[column] });
+            return Err(StepError::NonFiniteTransform { body, row, column, value: entries[column] });
         }
     }
     Ok(())
 }
 
-fn check_overflow(body: &mut Body) -> Result<(), StepError> {
-    body.staged.magnitude = magnitude(&body.staged.rows, body.object.reach());
-    if body.staged.magnitude.is_finite() {
-        return Ok(());
-    }
+/// Vertex by vertex: where the magnitude overflows, perhaps none of them does.
+fn check_overflow(body: &Body, rows: &Rows) -> Result<(), StepError> {
     for (vertex, &position) in body.object.vertices().iter().enumerate() {
-        let world = world_vertex(&body.staged.rows, position);
+        let world = world_vertex(rows, position);
         if let Some(axis) = (0..3).find(|&axis| !world[axis].is_finite()) {
             return Err(StepError::WorldOverflow { body: body.id, vertex, axis, position });
         }

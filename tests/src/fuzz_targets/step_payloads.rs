@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
 
+use collided::step_payload::Message as Read;
 use collided::{kernel_errors, step_payload};
 use collided_client::IDENTITY;
 use collided_kernel::{
-    BodyId, Effects, NoClock, Object, PairResult, PolygonMesh, PolygonPair, Report, Scene, Transforms,
+    BatchInput, BodyId, Effects, NoClock, Object, PairResult, PolygonMesh, PolygonPair, Report, Scene, StepError,
+    StepInput, Transforms, Verdict,
 };
-use collided_protocol::limits::MAX_BODIES;
-use collided_protocol::step::{MOTION_LINEAR, ROWS_WORDS, Rows, STEP_DENSE, STEP_SPARSE, StepHeader, Word};
+use collided_protocol::limits::{MAX_BATCH_TRANSFORMS, MAX_BODIES};
+use collided_protocol::step::{MOTION_LINEAR, ROWS_WORDS, Rows, STEP_BATCH, STEP_DENSE, STEP_SPARSE, StepHeader, Word};
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
 
 use super::is_finite;
@@ -17,6 +19,9 @@ use super::source::Source;
 
 const MAX_STEPS: usize = 4;
 const MAX_TRANSFORMS: usize = 6;
+const MAX_CANDIDATES: usize = 4;
+/// From this byte on a message is a batch.
+const BATCHES: u8 = 224;
 /// The ids of the living bodies: body 1 was removed.
 const BODIES: [u32; 3] = [0, 2, 3];
 const REMOVED: BodyId = BodyId(1);
@@ -40,7 +45,8 @@ type Pairs = Vec<(PairResult, Vec<PolygonPair>)>;
 
 /// Sends steps to a scene of three bodies. A message is taken exactly when it keeps to the protocol, with the very bits that it
 /// has; a step is refused exactly when it names bodies that it must not, or is not finite in the world. The report is that of a
-/// new scene whose bodies are placed at once where the accepted steps have left them.
+/// new scene whose bodies are placed at once where the accepted steps have left them. A batch moves none of them, and its verdicts are
+/// those of new scenes too.
 ///
 /// # Panics
 /// When one of these does not hold.
@@ -70,15 +76,22 @@ fn header(kind: u32, transform_count: u32) -> StepHeader {
 
 /// Most often as a client of this release would write it, else with faults in some bytes of the header, or in the length.
 fn message(source: &mut Source<'_>) -> Message {
-    let kind = [STEP_DENSE, STEP_SPARSE][source.below(2)];
-    let count = if kind == STEP_SPARSE { source.below(MAX_TRANSFORMS) } else { BODIES.len() };
+    let kind = match source.byte() {
+        BATCHES.. => STEP_BATCH,
+        byte => [STEP_DENSE, STEP_SPARSE][usize::from(byte % 2)],
+    };
+    let count = if kind == STEP_DENSE { BODIES.len() } else { source.below(MAX_TRANSFORMS) };
+    let candidates = if kind == STEP_BATCH { source.below(MAX_CANDIDATES) } else { 1 };
     let mut words = Vec::new();
-    if kind == STEP_SPARSE {
+    if kind != STEP_DENSE {
         let ids = |source: &mut Source<'_>| [source.number() as u32, source.number() as u32];
         words.extend((0..count.div_ceil(2)).map(|_| bytemuck::cast::<_, Word>(ids(source))));
     }
-    words.extend((0..count).flat_map(|_| bytemuck::cast::<Rows, [Word; ROWS_WORDS]>(source.transform())));
-    let mut header = header(kind, count as u32);
+    words.extend((0..candidates * count).flat_map(|_| bytemuck::cast::<Rows, [Word; ROWS_WORDS]>(source.transform())));
+    let mut header = StepHeader { candidate_count: candidates as u32, ..header(kind, count as u32) };
+    if kind == STEP_BATCH {
+        header.stop_at = source.below(4) as u32;
+    }
     for _ in 0..source.below(8).saturating_sub(5) {
         let at = source.below(size_of::<StepHeader>());
         bytemuck::bytes_of_mut(&mut header)[at] = source.byte();
@@ -94,11 +107,53 @@ fn message(source: &mut Source<'_>) -> Message {
 
 fn step_is_right(scene: &mut Scene, placed: &mut BTreeMap<u32, Rows>, message: &Message) {
     let mut copied = step_payload::Copied::default();
-    let input = match step_payload::read(&message.header, &message.words, &mut copied) {
-        Ok(input) => input,
+    let read = match step_payload::read(&message.header, &message.words, &mut copied) {
+        Ok(read) => read,
         Err(error) => return refused(&error, keeps_to_protocol(message), &message.header),
     };
     assert!(keeps_to_protocol(message), "a malformed step was taken: {:?}", message.header);
+    match read {
+        Read::Step(input) => moves_are_right(scene, placed, message, input),
+        Read::Batch(input) => batch_is_right(scene, placed, message, &input),
+    }
+}
+
+/// The candidates one by one, each in a new scene.
+fn batch_is_right(scene: &mut Scene, placed: &BTreeMap<u32, Rows>, message: &Message, input: &BatchInput<'_>) {
+    let moves = (0..message.header.candidate_count as usize).map(|candidate| batch_moves(message, candidate));
+    let candidates: Option<Vec<_>> = moves.map(|moves| placed_by(placed, &moves)).collect();
+    // Where there is no candidate, the ids are wrong or right all the same.
+    let ids = batch_moves(message, 0).iter().map(|&(body, _)| (body, IDENTITY)).collect::<Vec<_>>();
+    let expected = candidates.filter(|_| placed_by(placed, &ids).is_some());
+    match scene.batch(input, &NoClock) {
+        Ok(report) => {
+            let expected = expected.unwrap_or_else(|| panic!("a bad batch was answered: {input:?}"));
+            let mut verdicts: Vec<_> = expected.iter().map(|placed| Some(verdict(placed, input.bodies))).collect();
+            let stop = verdicts.iter().position(|verdict| input.stop_at.is_some() && *verdict == input.stop_at);
+            verdicts.iter_mut().skip(stop.map_or(usize::MAX, |stop| stop + 1)).for_each(|verdict| *verdict = None);
+            assert!(report.verdicts().eq(verdicts.iter().copied()), "{verdicts:?}: {expected:?}");
+        }
+        Err(error) => refused_by_kernel(&error, expected.is_some(), &message.header),
+    }
+}
+
+/// The ids of a batch, with their transforms in one of its candidates; with none where there is no candidate.
+fn batch_moves(Message { header, words }: &Message, candidate: usize) -> Vec<(u32, Rows)> {
+    let count = header.transform_count as usize;
+    let first = count.div_ceil(2) + 12 * count * candidate;
+    let entry = |index: usize| words.get(first + index).map_or(0.0, |&word| f64::from_bits(word));
+    let transform = |at: usize| [0, 4, 8].map(|row| [0, 1, 2, 3].map(|column| entry(12 * at + row + column)));
+    (0..count).map(|at| ((words[at / 2] >> (32 * (at % 2))) as u32, transform(at))).collect()
+}
+
+fn verdict(placed: &BTreeMap<u32, Rows>, named: &[BodyId]) -> Verdict {
+    let interferes = |(pair, _): &(PairResult, Vec<PolygonPair>)| {
+        pair.verdict == Verdict::Interfering && (named.contains(&pair.a) || named.contains(&pair.b))
+    };
+    if pairs_at_once(placed).iter().any(interferes) { Verdict::Interfering } else { Verdict::Clear }
+}
+
+fn moves_are_right(scene: &mut Scene, placed: &mut BTreeMap<u32, Rows>, message: &Message, input: StepInput<'_>) {
     if message.header.rigid_count + message.header.velocity_count > 0 {
         // Where these lead is for the tests of motions to say; here they are read, and the step is given up.
         return;
@@ -109,11 +164,12 @@ fn step_is_right(scene: &mut Scene, placed: &mut BTreeMap<u32, Rows>, message: &
             *placed = expected.unwrap_or_else(|| panic!("a bad step was answered: {input:?}"));
             assert_eq!(pairs(&report), pairs_at_once(placed), "{placed:?}");
         }
-        Err(error) => {
-            let error = kernel_errors::step_error(&error, |body| body.to_string());
-            refused(&error, expected.is_some(), &message.header);
-        }
+        Err(error) => refused_by_kernel(&error, expected.is_some(), &message.header),
     }
+}
+
+fn refused_by_kernel(error: &StepError, was_right: bool, header: &StepHeader) {
+    refused(&kernel_errors::step_error(error, &|body| body.to_string()), was_right, header);
 }
 
 fn refused(error: &WireError, was_right: bool, header: &StepHeader) {
@@ -123,15 +179,23 @@ fn refused(error: &WireError, was_right: bool, header: &StepHeader) {
 
 /// As `docs/protocol.md` has it, in numbers wider than any count.
 fn keeps_to_protocol(Message { header, words }: &Message) -> bool {
-    let count = u128::from(header.transform_count);
-    let id_words = if header.kind == STEP_SPARSE { count.div_ceil(2) } else { 0 };
+    let (count, candidates) = (u128::from(header.transform_count), u128::from(header.candidate_count));
+    let id_words = if header.kind == STEP_DENSE { 0 } else { count.div_ceil(2) };
     let (rigid, velocities) = (u128::from(header.rigid_count), u128::from(header.velocity_count));
+    let is_allowed = match header.kind {
+        STEP_DENSE => candidates == 1 && rigid == 0,
+        STEP_SPARSE => candidates == 1,
+        STEP_BATCH => {
+            let transforms = count * candidates;
+            count > 0 && transforms <= MAX_BATCH_TRANSFORMS.into() && rigid + velocities == 0 && header.stop_at <= 3
+        }
+        _ => false,
+    };
     header.protocol == PROTOCOL_VERSION
-        && [STEP_DENSE, STEP_SPARSE].contains(&header.kind)
+        && is_allowed
         && [header.transform_count, header.rigid_count, header.velocity_count].iter().all(|count| *count <= MAX_BODIES)
-        && (header.kind == STEP_SPARSE || rigid == 0)
-        && (header.candidate_count, header.motion) == (1, MOTION_LINEAR)
-        && words.len() as u128 == id_words + 12 * count + 11 * rigid + 7 * velocities
+        && header.motion == MOTION_LINEAR
+        && words.len() as u128 == id_words + 12 * candidates * count + 11 * rigid + 7 * velocities
 }
 
 /// Which body goes where, word by word; `None` for a dense step of too few or too many bodies.

@@ -12,7 +12,6 @@ use crate::effects::time_of_contact::{self, FirstContact, TimeOfContact, time_of
 use crate::effects::{Effects, Touching};
 use crate::object::Object;
 use crate::report::{StageCounts, Verdict};
-use crate::scene::Body;
 use crate::submatrix::Placed;
 
 /// The effects that look at where the surfaces meet.
@@ -63,8 +62,7 @@ impl Conclusion {
         let mut is_inside = false;
         let verdict = kept.verdict();
         if kept.effects.contains(Effects::CONTAINMENT) && kept.overlapping && verdict == Verdict::Clear {
-            self.counts.containment_tests += 1;
-            let found = containment(placed(bodies[0]), placed(bodies[1]), &mut self.ray);
+            let found = self.containment(bodies[0].placed(), bodies[1].placed());
             is_inside = found.is_proven();
             self.contained.push((pair, found));
         }
@@ -83,6 +81,12 @@ impl Conclusion {
         if kept.effects.contains(Effects::TIME_OF_CONTACT) && !kept.free {
             self.add_time(pair, kept, world);
         }
+    }
+
+    /// Which of two bodies, whose surfaces are apart, lies inside the other.
+    pub fn containment(&mut self, a: Placed<'_>, b: Placed<'_>) -> Containment {
+        self.counts.containment_tests += 1;
+        containment(a, b, &mut self.ray)
     }
 
     fn add_contacts(
@@ -143,10 +147,6 @@ impl Conclusion {
             self.times.push((pair, FirstContact { time: found, at_lo }));
         }
     }
-}
-
-fn placed(body: &Body) -> Placed<'_> {
-    Placed { object: &body.object, rows: &body.rows, magnitude: body.magnitude }
 }
 
 fn placed_at<'o>((object, rows): (&'o Object, &'o Rows)) -> Placed<'o> {

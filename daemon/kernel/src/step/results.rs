@@ -126,6 +126,7 @@ impl Results {
         for (pair, kept) in (0..).zip(kept) {
             let polygon_pairs = run(found, &mut first[0], |found| found.pair == pair);
             let contained = run(&self.contained, &mut first[1], |&(of, _)| of == pair);
+            let contained_count = contained.len();
             let distances = run(&self.distances, &mut first[2], |&(of, _)| of == pair);
             let times = run(&self.times, &mut first[3], |&(of, _)| of == pair);
             let ends = [
@@ -133,7 +134,13 @@ impl Results {
                 run(&self.progress, &mut first[5], |&(of, _)| of == pair),
             ];
             let containment = self.contained[contained].first().map_or(Containment::None, |&(_, found)| found);
-            let verdict = if containment.is_proven() { Verdict::Interfering } else { kept.verdict() };
+            let is_asked = kept.effects.contains(Effects::CONTAINMENT) && kept.overlapping && kept.is_unfinished();
+            let verdict = match kept.verdict() {
+                _ if containment.is_proven() => Verdict::Interfering,
+                // The surfaces are apart; there was no time to ask whether one is inside the other.
+                Verdict::Clear if is_asked && contained_count == 0 => Verdict::Possible,
+                verdict => verdict,
+            };
             let is_of_interest = containment != Containment::None || !distances.is_empty() || !times.is_empty();
             if verdict == Verdict::Clear && !is_of_interest && !kept.is_unfinished() {
                 continue;

@@ -5,24 +5,23 @@ use crate::object::Object;
 use crate::polygon_box::bits_of;
 use crate::polygon_pairs::WorldTriangle;
 use crate::polygon_test::triangles;
-use crate::scene::Body;
-use crate::submatrix::Voxel;
+use crate::submatrix::{Placed, Voxel};
 use crate::voxel_pairs::VoxelPair;
 
 /// The numbers of a triangle of either body.
 pub(crate) type Witness = [u32; 2];
 
 /// Whether the triangles have a common point, by the exact test.
-pub(super) fn holds([p, q]: Witness, (a, b): (&Body, &Body)) -> bool {
-    let p = WorldTriangle::new(p, &a.object, &a.rows);
-    let q = WorldTriangle::new(q, &b.object, &b.rows);
+pub(super) fn holds([p, q]: Witness, [a, b]: &[Placed<'_>; 2]) -> bool {
+    let p = WorldTriangle::new(p, a.object, a.rows);
+    let q = WorldTriangle::new(q, b.object, b.rows);
     p.bounds.overlaps(&q.bounds) && triangles(&p.corners, &q.corners).is_some()
 }
 
 /// The voxels that the triangles are in, of the last level that has children: surfaces that met there meet near by a little later.
-pub(super) fn neighbourhood([p, q]: Witness, (a, b): (&Body, &Body)) -> Option<VoxelPair> {
+pub(super) fn neighbourhood([p, q]: Witness, [a, b]: &[Placed<'_>; 2]) -> Option<VoxelPair> {
     let cell = |triangle: u32, object: &Object| Some(Cell::voxel(object.matrix(), voxel_around(triangle, object)?));
-    Some(VoxelPair::of([cell(p, &a.object)?, cell(q, &b.object)?]))
+    Some(VoxelPair::of([cell(p, a.object)?, cell(q, b.object)?]))
 }
 
 /// `None` when rounding hides which it is, or when there is no such level below the container.

@@ -11,13 +11,13 @@ use crate::accuracy::Accuracy;
 use crate::effects::contacts::TrianglePair;
 use crate::effects::distance::of_triangles_at_least;
 use crate::effects::{Effects, Found, Touching};
+use crate::global_boxes::GlobalBox;
 use crate::object::Object;
 use crate::open_bound::{self, Bounds};
 use crate::polygon_pairs::Candidates;
 use crate::polygon_test::triangles_in;
 use crate::predicates::{AnyRange, Arithmetic, TAME_LIMIT, Tame};
 use crate::report::{Level, OpenBound, StageCounts, StageTimes};
-use crate::scene::Body;
 use crate::submatrix::{PairFrame, Placed};
 use crate::voxel_pairs::{Descent, Open, VoxelPair};
 
@@ -58,14 +58,17 @@ pub(crate) struct Round<'r> {
     pub world: World<'r>,
     pub clock: &'r dyn Clock,
     pub limit: &'r Limit<'r>,
+    /// Whether a thread that has begun a pair ends it, however heavy it is: nothing is handed back.
+    pub alone: bool,
 }
 
 /// A task under way.
 struct Visit<'v> {
     task: &'v Task,
     kept: &'v Kept,
-    bodies: (&'v Body, &'v Body),
+    sides: [Placed<'v>; 2],
     limit: &'v Limit<'v>,
+    alone: bool,
 }
 
 /// What a task may still do before others have their turn, and how many voxel pairs the next batch has.
@@ -76,15 +79,18 @@ struct Work {
 
 impl Visit<'_> {
     fn objects(&self) -> [&Object; 2] {
-        [&self.bodies.0.object, &self.bodies.1.object]
+        self.sides.map(|side| side.object)
     }
 
     fn bounds<'f>(&'f self, frame: &'f PairFrame) -> Bounds<'f> {
-        Bounds { frame, a: placed(self.bodies.0), b: placed(self.bodies.1) }
+        Bounds { frame, a: self.sides[0], b: self.sides[1] }
     }
 
     /// Voxels to compare before the pair counts as heavy, or others have their turn.
     fn share(&self) -> i64 {
+        if self.alone {
+            return i64::MAX;
+        }
         let share = SHARES.get(usize::from(self.task.round)).filter(|_| self.limit.exists() && self.task.is_whole());
         *share.unwrap_or(&BUDGET)
     }
@@ -202,6 +208,20 @@ impl Worker {
 
     /// Looks at a pair, or a part of one, at the accuracy it asks for. `left_over`: the voxels of all parts.
     pub fn run(&mut self, task: &Task, kept: &Kept, round: &Round<'_>, left_over: &[VoxelPair]) {
+        let bodies = [kept.a, kept.b].map(|body| body as usize);
+        let sides = bodies.map(|body| (round.world.bodies[body].placed(), &round.world.boxes[body]));
+        self.run_at(sides, task, kept, round, left_over);
+    }
+
+    /// The same with the bodies, and their boxes, where the caller says.
+    pub fn run_at(
+        &mut self,
+        sides: [(Placed<'_>, &GlobalBox); 2],
+        task: &Task,
+        kept: &Kept,
+        round: &Round<'_>,
+        left_over: &[VoxelPair],
+    ) {
         if is_decided(kept) {
             return;
         }
@@ -210,12 +230,10 @@ impl Worker {
         }
         let mut stopwatch = Stopwatch { clock: round.clock, last: round.clock.nanoseconds() };
         let accuracy = round.world.accuracy_of(kept);
-        let bodies = (&round.world.bodies[kept.a as usize], &round.world.bodies[kept.b as usize]);
         if accuracy.level == Level::GlobalBoxes {
-            let boxes = [kept.a, kept.b].map(|body| &round.world.boxes[body as usize]);
-            return self.leave_open(task.pair, kept, open_bound::of_boxes(boxes[0], boxes[1]));
+            return self.leave_open(task.pair, kept, open_bound::of_boxes(sides[0].1, sides[1].1));
         }
-        let pair = Visit { task, kept, bodies, limit: round.limit };
+        let pair = Visit { task, kept, sides: sides.map(|side| side.0), limit: round.limit, alone: round.alone };
         match &task.voxels {
             None => self.open_voxels.start([VoxelPair::containers(pair.objects())]),
             Some(voxels) => self.open_voxels.start(left_over[voxels.clone()].iter().copied()),
@@ -238,7 +256,7 @@ impl Worker {
         stopwatch: &mut Stopwatch<'_>,
     ) {
         let order = if accuracy.level == Level::Voxels { accuracy.order } else { None };
-        let meet = frame.start(placed(pair.bodies.0), placed(pair.bodies.1), order);
+        let meet = frame.start(pair.sides[0], pair.sides[1], order);
         self.times.voxels += stopwatch.lap();
         if !meet {
             return;
@@ -258,12 +276,12 @@ impl Worker {
         let witness = kept.memory.witness.filter(|_| pair.task.is_whole() && !kept.wants_all());
         if let Some(witness) = witness {
             self.counts.exact_tests += 1;
-            let holds = witness::holds(witness, pair.bodies);
+            let holds = witness::holds(witness, &pair.sides);
             self.times.polygon_tests += stopwatch.lap();
             if holds {
                 return kept.interfering.store(true, Ordering::Relaxed);
             }
-            if let Some(neighbourhood) = witness::neighbourhood(witness, pair.bodies) {
+            if let Some(neighbourhood) = witness::neighbourhood(witness, &pair.sides) {
                 self.open_voxels.put_first(neighbourhood);
             }
         }
@@ -274,19 +292,19 @@ impl Worker {
 
     /// Descends, with narrower frames as the clearance becomes smaller.
     fn descend_narrowing(&mut self, pair: &Visit<'_>, frame: &mut PairFrame, stopwatch: &mut Stopwatch<'_>) {
-        let (a, b) = pair.bodies;
+        let [a, b] = pair.sides;
         let tame = a.magnitude.max(b.magnitude).max_element() < TAME_LIMIT;
         let mut work = Work { left: pair.share(), batch: 1 };
         let mut narrowed = 0;
         loop {
-            let meet = frame.start_within(self.clearance, placed(a), placed(b), None);
+            let meet = frame.start_within(self.clearance, a, b, None);
             self.times.voxels += stopwatch.lap();
             if !meet {
                 return;
             }
             if narrowed == 0 {
                 self.counts.container_pairs += u64::from(pair.task.is_whole());
-                self.candidates.start_pair([&a.rows, &b.rows], frame.boxes());
+                self.candidates.start_pair([a.rows, b.rows], frame.boxes());
             } else {
                 self.open_voxels.measure_anew();
             }
@@ -393,7 +411,7 @@ impl Worker {
 
     /// Stage 8.
     fn test<A: Arithmetic>(&mut self, arithmetic: A, visit: &Visit<'_>) {
-        let (pair, kept, (a, b)) = (visit.task.pair, visit.kept, visit.bodies);
+        let (pair, kept, [a, b]) = (visit.task.pair, visit.kept, visit.sides);
         let (polygons, touching) = (kept.effects.contains(Effects::POLYGON_PAIRS), kept.effects.meets(AT_CONTACTS));
         for at in 0..self.candidates.pairs().len() {
             let numbers = self.candidates.pairs()[at];
@@ -424,6 +442,13 @@ impl Worker {
         }
     }
 
+    /// Forgets what was found of single pairs, for a caller that wants no more than their verdicts.
+    pub fn forget_pairs(&mut self) {
+        self.witnesses.clear();
+        self.open.clear();
+        self.progress.clear();
+    }
+
     /// Adds this thread's counts and times to the step's, and forgets them.
     pub fn report_to(&mut self, counts: &mut StageCounts, times: &mut StageTimes) {
         let (own_counts, own_times) = (std::mem::take(&mut self.counts), std::mem::take(&mut self.times));
@@ -441,8 +466,4 @@ impl Worker {
 /// Whether nothing more is to be learnt: a common point is proven and no effect needs all of them, or the accuracy ends here.
 fn is_decided(kept: &Kept) -> bool {
     kept.is_open() || !kept.wants_all() && kept.is_interfering()
-}
-
-fn placed(body: &Body) -> Placed<'_> {
-    Placed { object: &body.object, rows: &body.rows, magnitude: body.magnitude }
 }
