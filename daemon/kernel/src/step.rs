@@ -247,7 +247,7 @@ impl Step {
         while !self.work.tasks.is_empty() {
             if round.limit.is_up() {
                 self.work.tasks.drain(..).for_each(|task| self.kept[task.pair as usize].leave_unfinished());
-            } else if round.limit.is_short() {
+            } else if self.is_for_one(round.limit) {
                 self.compare_alone(round);
             } else {
                 for tasks in self.work.tasks.chunks(TASKS_AT_ONCE) {
@@ -267,14 +267,20 @@ impl Step {
 
     /// A step that is light, or short of time, is the caller's alone.
     fn compare_alone(&mut self, round: &Round<'_>) {
-        let Some(caller) = self.workers.last_mut() else { return };
-        let worker = get_mut(caller);
-        while (worker.is_light() || round.limit.is_short())
+        let Some(mut caller) = self.workers.pop() else { return };
+        let worker = get_mut(&mut caller);
+        while (worker.is_light() || self.is_for_one(round.limit))
             && let Some(task) = self.work.tasks.pop()
         {
             worker.run(&task, &self.kept[task.pair as usize], round, &self.work.voxels);
         }
+        self.workers.push(caller);
         self.take_left_over();
+    }
+
+    /// Whether waking another thread would cost more of the budget than it saves: the time is short, or there is but one task.
+    fn is_for_one(&self, limit: &Limit<'_>) -> bool {
+        limit.exists() && (limit.is_short() || self.work.tasks.len() == 1)
     }
 
     fn take_left_over(&mut self) {
