@@ -210,9 +210,12 @@ impl Step {
         self.conclude(world, clock, &limit);
         self.collect(world);
         self.times.effects = stopwatch.lap();
-        if !self.kept.is_empty() {
-            self.ending_time = (stopwatch.last - ending) / self.kept.len() as u64;
-        }
+        // Where no pair was kept for fear of the ending, the fear wears off.
+        let pairs = self.kept.len() as u64;
+        self.ending_time = match pairs {
+            0 => self.ending_time - self.ending_time.div_ceil(8),
+            _ => (stopwatch.last - ending) / pairs,
+        };
         self.last.end(world.step);
     }
 
@@ -247,7 +250,7 @@ impl Step {
         while !self.work.tasks.is_empty() {
             if round.limit.is_up() {
                 self.work.tasks.drain(..).for_each(|task| self.kept[task.pair as usize].leave_unfinished());
-            } else if self.is_for_one(round.limit) {
+            } else if is_for_one(&self.work.tasks, round.limit) {
                 self.compare_alone(round);
             } else {
                 for tasks in self.work.tasks.chunks(TASKS_AT_ONCE) {
@@ -267,20 +270,14 @@ impl Step {
 
     /// A step that is light, or short of time, is the caller's alone.
     fn compare_alone(&mut self, round: &Round<'_>) {
-        let Some(mut caller) = self.workers.pop() else { return };
-        let worker = get_mut(&mut caller);
-        while (worker.is_light() || self.is_for_one(round.limit))
+        let Some(caller) = self.workers.last_mut() else { return };
+        let worker = get_mut(caller);
+        while (worker.is_light() || is_for_one(&self.work.tasks, round.limit))
             && let Some(task) = self.work.tasks.pop()
         {
             worker.run(&task, &self.kept[task.pair as usize], round, &self.work.voxels);
         }
-        self.workers.push(caller);
         self.take_left_over();
-    }
-
-    /// Whether waking another thread would cost more of the budget than it saves: the time is short, or there is but one task.
-    fn is_for_one(&self, limit: &Limit<'_>) -> bool {
-        limit.exists() && (limit.is_short() || self.work.tasks.len() == 1)
     }
 
     fn take_left_over(&mut self) {
@@ -377,6 +374,11 @@ const TASKS_AT_ONCE: usize = 128;
 
 /// What stage 9 of a pair counts for in a budget of work.
 const WORK_OF_AN_EFFECT: u64 = 256;
+
+/// Whether waking another thread would cost more of the budget than it saves: the time is short, or there is but one task.
+fn is_for_one(tasks: &[Task], limit: &Limit<'_>) -> bool {
+    limit.exists() && (limit.is_short() || tasks.len() == 1)
+}
 
 /// Runs tasks on all threads of the current pool.
 fn share(tasks: &[Task], voxels: &[VoxelPair], kept: &[Kept], workers: &[Mutex<Worker>], round: &Round<'_>) {
