@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use collided_kernel::{Clock, Effects, Object, Rows, Scene, StageTimes, Transforms, Workforce, polygon_test};
 use collided_tests::crowd::{self, Random};
 use collided_tests::meshes;
+use collided_tests::stages::STAGES;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 
@@ -73,16 +74,6 @@ fn object_build(criterion: &mut Criterion) {
 
 /// The stages of one step of 1,000 moving bodies, each by the report's own times. Stages 5 to 8 are in one thread here.
 fn stages(criterion: &mut Criterion) {
-    type Stage = (&'static str, fn(&StageTimes) -> u64);
-    const STAGES: [Stage; 7] = [
-        ("1-2_boxes", |times| times.boxes),
-        ("3_broad_phase", |times| times.broad_phase),
-        ("4_interest", |times| times.interest),
-        ("5-6_voxels", |times| times.voxels),
-        ("7_polygon_pairs", |times| times.polygon_pairs),
-        ("8_polygon_tests", |times| times.polygon_tests),
-        ("9_effects", |times| times.effects),
-    ];
     let pool = pool(1);
     let mut group = criterion.benchmark_group("stage_of_1000_bodies");
     group.sample_size(20);

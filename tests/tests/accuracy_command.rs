@@ -2,9 +2,10 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use collided_tests::daemon_process::{RuntimeDirectory, program};
+use collided_tests::program_run::ProgramRun;
 use serde_json::{Value, json};
 
 const IDENTITY: [[f64; 4]; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -34,13 +35,6 @@ fn scene() -> Value {
 
 struct Folder(RuntimeDirectory);
 
-/// What a run has given.
-struct Run {
-    status: Option<i32>,
-    stdout: String,
-    stderr: String,
-}
-
 impl Folder {
     fn new() -> Folder {
         Folder(RuntimeDirectory::new())
@@ -50,16 +44,13 @@ impl Folder {
         fs::write(self.0.path().join(name), scene.to_string()).expect("a file for the test can be written");
     }
 
-    fn run(&self, arguments: &[&str]) -> Run {
+    fn run(&self, arguments: &[&str]) -> ProgramRun {
         let mut command = Command::new(program("collided-under-test"));
-        let Output { status, stdout, stderr } =
-            command.arg("accuracy").args(arguments).current_dir(self.0.path()).output().expect("the program runs");
-        let text = |bytes| String::from_utf8(bytes).expect("the output is text");
-        Run { status: status.code(), stdout: text(stdout), stderr: text(stderr) }
+        ProgramRun::of(command.arg("accuracy").args(arguments).current_dir(self.0.path()))
     }
 
     /// A quick study of the scene; it must succeed.
-    fn study(&self, scene: &Value, more: &[&str]) -> Run {
+    fn study(&self, scene: &Value, more: &[&str]) -> ProgramRun {
         self.write("scene.json", scene);
         let run = self.run(&[&["scene.json", "--quick", "--repetitions", "1"], more].concat());
         assert_eq!(run.status, Some(0), "{}", run.stderr);

@@ -126,19 +126,19 @@ impl Results {
         for (pair, kept) in (0..).zip(kept) {
             let polygon_pairs = run(found, &mut first[0], |found| found.pair == pair);
             let contained = run(&self.contained, &mut first[1], |&(of, _)| of == pair);
-            let contained_count = contained.len();
+            let contained = self.contained[contained].first().map(|&(_, found)| found);
             let distances = run(&self.distances, &mut first[2], |&(of, _)| of == pair);
             let times = run(&self.times, &mut first[3], |&(of, _)| of == pair);
             let ends = [
                 run(&self.open, &mut first[4], |&(of, _)| of == pair),
                 run(&self.progress, &mut first[5], |&(of, _)| of == pair),
             ];
-            let containment = self.contained[contained].first().map_or(Containment::None, |&(_, found)| found);
+            let containment = contained.unwrap_or(Containment::None);
             let is_asked = kept.effects.contains(Effects::CONTAINMENT) && kept.overlapping && kept.is_unfinished();
             let verdict = match kept.verdict() {
                 _ if containment.is_proven() => Verdict::Interfering,
                 // The surfaces are apart; there was no time to ask whether one is inside the other.
-                Verdict::Clear if is_asked && contained_count == 0 => Verdict::Possible,
+                Verdict::Clear if is_asked && contained.is_none() => Verdict::Possible,
                 verdict => verdict,
             };
             let is_of_interest = containment != Containment::None || !distances.is_empty() || !times.is_empty();

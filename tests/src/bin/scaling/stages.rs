@@ -4,22 +4,12 @@ use collided::accuracy::units::duration;
 use collided::budget::Budget;
 use collided_kernel::{Clock, Effects, StageTimes, Transforms};
 use collided_tests::meshes;
+use collided_tests::stages::STAGES;
 
 use crate::bodies;
 use crate::figure::{print_head, print_row};
 use crate::near::{Poses, verdicts};
 
-type Stage = (&'static str, fn(&StageTimes) -> u64);
-
-const STAGES: [Stage; 7] = [
-    ("1–2 boxes", |times| times.boxes),
-    ("3 broad phase", |times| times.broad_phase),
-    ("4 interest", |times| times.interest),
-    ("5–6 voxels", |times| times.voxels),
-    ("7 polygon pairs", |times| times.polygon_pairs),
-    ("8 polygon tests", |times| times.polygon_tests),
-    ("9 effects", |times| times.effects),
-];
 const BODIES: usize = 1000;
 const APPROACHES: usize = 100;
 
