@@ -101,7 +101,8 @@ fn a_pair_in_small_steps_is_seldom_tested() {
         interfering += counts.interfering_pairs;
         by_witness += u64::from(counts.interfering_pairs == 1 && counts.container_pairs == 0);
     }
-    assert!(skipped > 40, "only {skipped} steps were skipped");
+    // The first look at the containers proves most of the others.
+    assert!(skipped > 30, "only {skipped} steps were skipped");
     assert!(interfering > 100 && 2 * by_witness > interfering, "{by_witness} of {interfering} by the witness");
 }
 

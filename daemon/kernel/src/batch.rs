@@ -17,11 +17,12 @@ use glam::DVec3;
 
 use crate::affine::Rows;
 use crate::global_boxes::GlobalBox;
+use crate::places::Places;
 use crate::report::{StageCounts, StageTimes, Verdict};
 use crate::scene::{Body, BodyId};
 use crate::step::Batch;
 use crate::submatrix::Placed;
-use crate::transforms::{StepError, box_at, check_transform};
+use crate::transforms::StepError;
 
 /// What one batch asks. Each transform is read once, so they may stand in memory that another process can write.
 #[derive(Debug, Clone, Copy)]
@@ -84,7 +85,7 @@ pub(crate) struct Placement<'c> {
 
 impl Candidates {
     /// Reads a batch and checks all of it.
-    pub fn take(&mut self, bodies: &[Body], input: &BatchInput<'_>) -> Result<(), StepError> {
+    pub fn take(&mut self, bodies: &[Body], places: &Places, input: &BatchInput<'_>) -> Result<(), StepError> {
         self.find(bodies, input.bodies)?;
         let (expected, found) = (self.named.len(), input.rows.len());
         if expected == 0 && found > 0 || expected > 0 && !found.is_multiple_of(expected) {
@@ -95,11 +96,12 @@ impl Candidates {
         self.magnitudes.clear();
         self.boxes.clear();
         for (place, rows) in self.rows.iter().enumerate() {
-            let body = &bodies[self.named[place % expected] as usize];
-            let magnitude = check_transform(body, rows)
+            let at = self.named[place % expected] as usize;
+            let magnitude = places
+                .check_at(at, &bodies[at], rows)
                 .map_err(|fault| StepError::BadCandidate { candidate: place / expected, fault: Box::new(fault) })?;
             self.magnitudes.push(magnitude);
-            self.boxes.push(box_at(body, rows));
+            self.boxes.push(places.box_at(at, rows));
         }
         Ok(())
     }

@@ -5,11 +5,12 @@
 //! have changed, only these are looked up in it, and the pairs of all others are those of the last step. Comparisons of
 //! coordinates are exact, so nothing is culled that overlaps, whatever the tree looks like.
 
+mod tree;
+
 use crate::brute_force;
 use crate::global_boxes::GlobalBox;
-
-/// Boxes in a leaf of the tree.
-const LEAF: usize = 8;
+use crate::workforce::Workforce;
+use tree::{LEAF, Tree};
 
 /// The tree is built anew when comparing takes so many times what it took after it was built, in halves.
 const WORN: u64 = 3;
@@ -22,10 +23,7 @@ const FEW: usize = 8;
 pub struct BroadPhase {
     /// The boxes of the last step.
     boxes: Vec<GlobalBox>,
-    /// Those that are not empty, in the order of the leaves.
-    order: Vec<u32>,
-    nodes: Vec<TreeNode>,
-    stack: Vec<(u32, u32)>,
+    tree: Tree,
     look_up_stack: Vec<u32>,
     /// Of the last step; ascending.
     pairs: Vec<(u32, u32)>,
@@ -41,27 +39,22 @@ pub struct BroadPhase {
     complete: bool,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct TreeNode {
-    bounds: GlobalBox,
-    /// The boxes below this node: `order[first..end]`.
-    first: u32,
-    end: u32,
-    /// The second child; the first one follows its parent. 0 in a leaf.
-    second_child: u32,
-}
-
 impl BroadPhase {
     /// The pairs `(i, j)`, `i < j`, of boxes that overlap, ascending. Empty boxes overlap nothing.
     ///
     /// Same as [`brute_force::overlapping_boxes`], which tests all pairs.
     pub fn overlapping_boxes(&mut self, boxes: &[GlobalBox]) -> &[(u32, u32)] {
-        self.overlapping_within(boxes, |_| false)
+        self.overlapping_within(boxes, |_| false, &())
     }
 
     /// As [`overlapping_boxes`](Self::overlapping_boxes), until `spend` says that what it is told of work, in comparisons of boxes, is
-    /// too much: then none.
-    pub(crate) fn overlapping_within(&mut self, boxes: &[GlobalBox], spend: impl Fn(u64) -> bool) -> &[(u32, u32)] {
+    /// too much: then none. What can be shared is done by the workforce.
+    pub(crate) fn overlapping_within(
+        &mut self,
+        boxes: &[GlobalBox],
+        spend: impl Fn(u64) -> bool + Sync,
+        workforce: &dyn Workforce,
+    ) -> &[(u32, u32)] {
         if spend(boxes.len() as u64) {
             return &[];
         }
@@ -77,15 +70,11 @@ impl BroadPhase {
         }
         self.boxes.clear();
         self.boxes.extend_from_slice(boxes);
-        if self.nodes.is_empty() || self.worn {
-            self.build_tree();
-        } else {
-            self.fit();
-        }
+        self.fit();
         if self.complete && self.changed.len() < boxes.len() / FEW {
             self.complete = self.look_up_changed(spend);
         } else {
-            self.complete = self.compare_all(spend);
+            self.complete = self.compare_all(spend, workforce);
         }
         if self.complete { &self.pairs } else { &[] }
     }
@@ -95,7 +84,7 @@ impl BroadPhase {
         self.changed.clear();
         let emptied = |(new, old): (&GlobalBox, &GlobalBox)| (*new == GlobalBox::EMPTY) != (*old == GlobalBox::EMPTY);
         if boxes.len() != self.boxes.len() || boxes.iter().zip(&self.boxes).any(emptied) {
-            self.nodes.clear();
+            self.tree.clear();
             self.complete = false;
             return;
         }
@@ -103,50 +92,20 @@ impl BroadPhase {
         self.changed.extend(changed.map(|(number, _)| number));
     }
 
-    fn build_tree(&mut self) {
-        self.order.clear();
-        self.order.extend((0..self.boxes.len() as u32).filter(|&i| self.boxes[i as usize] != GlobalBox::EMPTY));
-        self.nodes.clear();
-        (self.compared_when_new, self.worn) = (0, false);
-        if !self.order.is_empty() {
-            self.build(0, self.order.len());
-        }
-    }
-
-    fn build(&mut self, first: usize, end: usize) -> u32 {
-        let number = self.nodes.len();
-        let (boxes, members) = (&self.boxes, &mut self.order[first..end]);
-        let bounds = members.iter().fold(GlobalBox::EMPTY, |all, &i| all.joined(&boxes[i as usize]));
-        self.nodes.push(TreeNode { bounds, first: first as u32, end: end as u32, second_child: 0 });
-        if members.len() > LEAF {
-            let axis = longest_axis(boxes, members);
-            let middle = members.len() / 2;
-            let key = |i: u32| centre(&boxes[i as usize], axis);
-            members.select_nth_unstable_by(middle, |&i, &j| key(i).total_cmp(&key(j)).then(i.cmp(&j)));
-            self.build(first, first + middle);
-            let second_child = self.build(first + middle, end);
-            self.nodes[number].second_child = second_child;
-        }
-        number as u32
-    }
-
-    /// The bounds of all nodes, from those of their children, which come behind them.
+    /// The tree is over these boxes from now on.
     fn fit(&mut self) {
-        for number in (0..self.nodes.len()).rev() {
-            let node = self.nodes[number];
-            self.nodes[number].bounds = if node.second_child == 0 {
-                let members = &self.order[node.first as usize..node.end as usize];
-                members.iter().fold(GlobalBox::EMPTY, |all, &i| all.joined(&self.boxes[i as usize]))
-            } else {
-                self.nodes[number + 1].bounds.joined(&self.nodes[node.second_child as usize].bounds)
-            };
+        if self.tree.is_empty() || self.worn {
+            self.tree.build(&self.boxes);
+            (self.compared_when_new, self.worn) = (0, false);
+        } else {
+            self.tree.fit(&self.boxes);
         }
     }
 
     /// All pairs; says whether it came to the end.
-    fn compare_all(&mut self, spend: impl Fn(u64) -> bool) -> bool {
+    fn compare_all(&mut self, spend: impl Fn(u64) -> bool + Sync, workforce: &dyn Workforce) -> bool {
         self.found.clear();
-        let compared = if self.nodes.is_empty() { Some(0) } else { self.compare(spend) };
+        let compared = self.tree.compare(&self.boxes, spend, workforce, &mut self.found);
         let Some(compared) = compared else { return false };
         self.put_in_order();
         std::mem::swap(&mut self.pairs, &mut self.found);
@@ -155,52 +114,6 @@ impl BroadPhase {
         }
         self.worn = 2 * compared > WORN * self.compared_when_new;
         true
-    }
-
-    /// The tree against itself, `(n, n)` standing for the pairs within node `n`; says how many pairs of nodes were compared, if it came to
-    /// the end.
-    fn compare(&mut self, spend: impl Fn(u64) -> bool) -> Option<u64> {
-        /// Pairs of nodes between two looks at the budget: about a microsecond.
-        const SLICE: u64 = 64;
-        let mut compared = 0;
-        self.stack.clear();
-        self.stack.push((0, 0));
-        while let Some((i, j)) = self.stack.pop() {
-            compared += 1;
-            if compared % SLICE == 0 && spend(SLICE) {
-                return None;
-            }
-            let (a, b) = (&self.nodes[i as usize], &self.nodes[j as usize]);
-            if i != j && !a.bounds.overlaps(&b.bounds) {
-                continue;
-            }
-            match (a.second_child, b.second_child) {
-                (0, 0) => self.compare_leaves(i, j),
-                (second, _) if i == j => self.stack.extend([(i + 1, i + 1), (second, second), (i + 1, second)]),
-                (second, 0) => self.stack.extend([(i + 1, j), (second, j)]),
-                (0, second) => self.stack.extend([(i, j + 1), (i, second)]),
-                (second, _) if a.end - a.first >= b.end - b.first => self.stack.extend([(i + 1, j), (second, j)]),
-                (_, second) => self.stack.extend([(i, j + 1), (i, second)]),
-            }
-        }
-        Some(compared)
-    }
-
-    fn compare_leaves(&mut self, i: u32, j: u32) {
-        let (a, b) = (&self.nodes[i as usize], &self.nodes[j as usize]);
-        for at in a.first..a.end {
-            let first = self.order[at as usize];
-            let bounds = &self.boxes[first as usize];
-            if i != j && !bounds.overlaps(&b.bounds) {
-                continue;
-            }
-            let others = if i == j { at + 1..a.end } else { b.first..b.end };
-            for &second in &self.order[others.start as usize..others.end as usize] {
-                if bounds.overlaps(&self.boxes[second as usize]) {
-                    self.found.push((first.min(second), first.max(second)));
-                }
-            }
-        }
     }
 
     /// The pairs of the boxes that have changed, and those of the last step of which neither has; says whether it came to the end.
@@ -235,16 +148,14 @@ impl BroadPhase {
     pub(crate) fn hold(&mut self, boxes: &[GlobalBox]) {
         self.find_changed(boxes);
         let is_new = boxes.len() != self.boxes.len();
-        if !is_new && self.changed.is_empty() && !self.nodes.is_empty() {
+        if !is_new && self.changed.is_empty() && !self.tree.is_empty() {
             return;
         }
         self.boxes.clear();
         self.boxes.extend_from_slice(boxes);
         self.complete = false;
         if boxes.len() <= 2 * LEAF {
-            self.nodes.clear();
-        } else if self.nodes.is_empty() || self.worn {
-            self.build_tree();
+            self.tree.clear();
         } else {
             self.fit();
         }
@@ -252,24 +163,11 @@ impl BroadPhase {
 
     /// The numbers of the boxes held that overlap a box.
     pub(crate) fn overlapping(&self, bounds: &GlobalBox, stack: &mut Vec<u32>, mut meet: impl FnMut(u32)) {
-        if self.nodes.is_empty() {
+        if self.tree.is_empty() {
             let all = (0..).zip(&self.boxes).filter(|(_, other)| other.overlaps(bounds));
             return all.for_each(|(other, _)| meet(other));
         }
-        stack.clear();
-        stack.push(0);
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at as usize];
-            if !node.bounds.overlaps(bounds) {
-                continue;
-            }
-            if node.second_child != 0 {
-                stack.extend([at + 1, node.second_child]);
-                continue;
-            }
-            let members = &self.order[node.first as usize..node.end as usize];
-            members.iter().filter(|&&other| self.boxes[other as usize].overlaps(bounds)).for_each(|&other| meet(other));
-        }
+        self.tree.overlapping(&self.boxes, bounds, stack, meet);
     }
 
     /// Orders what was found: by counting those of each first body, then by the second ones.
@@ -293,22 +191,10 @@ impl BroadPhase {
     }
 }
 
-fn centre(bounds: &GlobalBox, axis: usize) -> f64 {
-    0.5 * bounds.min[axis] + 0.5 * bounds.max[axis]
-}
-
-fn longest_axis(boxes: &[GlobalBox], members: &[u32]) -> usize {
-    let spread = |axis: usize| {
-        let centres = members.iter().map(|&i| centre(&boxes[i as usize], axis));
-        let ends = centres.fold((f64::MAX, f64::MIN), |(low, high), c| (c.min(low), c.max(high)));
-        0.5 * ends.1 - 0.5 * ends.0
-    };
-    let spreads = [spread(0), spread(1), spread(2)];
-    (1..3).fold(0, |best, axis| if spreads[axis] > spreads[best] { axis } else { best })
-}
-
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicI64, Ordering};
+
     use super::*;
     use glam::DVec3;
     use proptest::prelude::*;
@@ -366,11 +252,9 @@ mod tests {
                 }
                 let boxes = boxes(corners.clone());
                 if cut_short {
-                    let left = std::cell::Cell::new(2 * boxes.len() as i64);
-                    broad_phase.overlapping_within(&boxes, |work| {
-                        left.set(left.get() - work as i64);
-                        left.get() < 0
-                    });
+                    let left = AtomicI64::new(2 * boxes.len() as i64);
+                    let spend = |work: u64| left.fetch_sub(work as i64, Ordering::Relaxed) < work as i64;
+                    broad_phase.overlapping_within(&boxes, spend, &());
                 }
                 let mut expected = Vec::new();
                 brute_force::overlapping_boxes(&boxes, &mut expected);

@@ -40,9 +40,7 @@ pub fn candidates(a: (&Object, &Rows), b: (&Object, &Rows)) -> Vec<[u32; 2]> {
         leaves.clear();
         batch.clear();
         descent.advance(&mut open, &mut leaves, BATCH, &mut unlimited, &mut StageCounts::default());
-        leaves.iter().for_each(|voxels| {
-            batch.add(voxels, objects, descent.frame, &mut nowhere_near);
-        });
+        batch.add_all(&leaves, objects, descent.frame, &mut nowhere_near);
         found.extend_from_slice(batch.pairs());
     }
     found.sort_unstable();

@@ -11,7 +11,7 @@
 //!
 //! | each step | |
 //! |---|---|
-//! | 1. [`scene`], [`accuracy`], [`transforms`], [`motion`], `path` | transforms in |
+//! | 1. [`scene`], [`accuracy`], [`transforms`], `places`, [`motion`], `path` | transforms in |
 //! | 2. [`global_boxes`] | global bounding boxes |
 //! | 3. [`broad_phase`] | overlapping boxes |
 //! | 4. [`interest`] | the pairs that matter |
@@ -24,6 +24,8 @@
 //! | 10. [`report`] | report out |
 //!
 //! [`batch`]: stages 1 to 8 for many candidate poses at once, a verdict for each.
+//!
+//! `instructions` lets stages 5 to 7 use the vector instructions that the processor has.
 //!
 //! [`brute_force`] holds the twins of the accelerated stages, [`candidates`](mod@candidates) runs stages 5 to 7 of one pair alone.
 #![forbid(unsafe_code)]
@@ -44,6 +46,7 @@ mod voxel_slabs;
 pub mod scene;
 pub mod accuracy;
 pub mod transforms;
+mod places;
 mod path;
 pub mod global_boxes;
 pub mod broad_phase;
@@ -56,6 +59,7 @@ pub mod candidates;
 pub mod polygon_test;
 pub mod predicates;
 mod double;
+mod instructions;
 pub mod effects;
 pub mod report;
 

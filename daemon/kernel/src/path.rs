@@ -1,7 +1,7 @@
 //! Stage 1: how far the points of a body have come, at most.
 //!
 //! Two surfaces that were a distance apart have no point in common while their points have together come less far than that
-//! (`step/gap.rs`). Each vertex moves no farther than the container's corners do, and every other point of a polygon no
+//! (`step/coherence.rs`). Each vertex moves no farther than the container's corners do, and every other point of a polygon no
 //! farther than its vertices.
 //!
 //! # Rounding
@@ -26,48 +26,43 @@ const UPWARDS: f64 = 1.0 + 16.0 * f64::EPSILON;
 pub(crate) struct Path {
     /// At least the sum, over the steps, of how far any point has moved in each. World length.
     length: f64,
-    /// The last part of it, and the step that added it.
-    last: (u64, f64),
+    /// How far any point has moved in the last step, at most.
+    last: f64,
     /// The step that began it.
     begun: u64,
+    /// The last step.
+    step: u64,
 }
 
 impl Path {
-    /// What was known of the body's place holds no longer from this step on.
-    pub fn begin(&mut self, step: u64) {
-        *self = Path { length: 0.0, last: (step, 0.0), begun: step };
+    /// The path that begins with a step: what was known of the body's place before holds no longer.
+    pub fn begin(step: u64) -> Path {
+        Path { length: 0.0, last: 0.0, begun: step, step }
     }
 
-    /// Adds what the points have moved in a step.
-    pub fn advance(&mut self, by: f64, step: u64) {
-        if by == 0.0 {
-            return;
-        }
-        let length = (self.length + by).next_up();
-        if length.is_finite() {
-            *self = Path { length, last: (step, by), ..*self };
-        } else {
-            self.begin(step);
-        }
+    /// The path after one step more, in which no point has moved farther.
+    pub fn advanced(&self, by: f64, step: u64) -> Path {
+        let length = if by == 0.0 { self.length } else { (self.length + by).next_up() };
+        if length.is_finite() { Path { length, last: by, step, ..*self } } else { Path::begin(step) }
+    }
+
+    /// The step that it leads to.
+    pub fn step(&self) -> u64 {
+        self.step
     }
 
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// Whether it has gone on through this step from before.
-    pub fn leads_through(&self, step: u64) -> bool {
-        self.begun < step
+    /// Whether it has led through its last step from before.
+    pub fn leads_through(&self) -> bool {
+        self.begun < self.step
     }
 
-    /// Whether the body has rested in this step and ever since.
-    pub fn rests_since(&self, step: u64) -> bool {
-        self.last.0 < step
-    }
-
-    /// How far any point was from where the step began, at any time of it.
-    pub fn within(&self, step: u64) -> f64 {
-        if self.last.0 == step { self.last.1 } else { 0.0 }
+    /// How far any point was from where the last step began, at any time of it.
+    pub fn within(&self) -> f64 {
+        self.last
     }
 }
 
@@ -160,13 +155,12 @@ mod tests {
 
     #[test]
     fn a_path_beyond_the_numbers_begins_anew() {
-        let mut path = Path::default();
-        path.advance(1.0, 1);
-        path.advance(1e-300, 2);
-        assert!(path.length() > 1.0 && path.within(2) == 1e-300 && path.within(3) == 0.0 && path.leads_through(2));
+        let path = Path::begin(1).advanced(1.0, 2).advanced(1e-300, 3);
+        assert!(path.length() > 1.0 && path.within() == 1e-300 && path.leads_through());
+        assert_eq!(path.advanced(0.0, 4).length(), path.length());
         for by in [f64::INFINITY, f64::NAN] {
-            path.advance(by, 3);
-            assert!(path.length() == 0.0 && !path.leads_through(3) && path.leads_through(4));
+            let anew = path.advanced(by, 4);
+            assert!(anew.length() == 0.0 && !anew.leads_through() && anew.advanced(0.0, 5).leads_through());
         }
     }
 }

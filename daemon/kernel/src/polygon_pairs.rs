@@ -11,6 +11,7 @@ use glam::{DVec3, Vec4};
 use crate::affine::{Rows, world_vertex};
 use crate::cells::Cell;
 use crate::global_boxes::GlobalBox;
+use crate::instructions::{Work, dispatch};
 use crate::object::Object;
 use crate::submatrix::{BoxFrame, PairFrame};
 use crate::voxel_pairs::VoxelPair;
@@ -89,6 +90,25 @@ pub(crate) struct Candidates {
     recent: Recent,
 }
 
+/// [`Candidates::add_all`], for the instructions of the processor.
+struct AddAll<'a, 'o> {
+    candidates: &'a mut Candidates,
+    voxels: &'a [VoxelPair],
+    objects: [&'o Object; 2],
+    frame: &'a PairFrame,
+    clearance: &'a mut f64,
+}
+
+impl Work for AddAll<'_, '_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run(self) -> u64 {
+        let AddAll { candidates, voxels, objects, frame, clearance } = self;
+        voxels.iter().map(|voxels| candidates.add(voxels, objects, frame, clearance)).sum()
+    }
+}
+
 impl Candidates {
     /// Forgets the candidates of the last batch.
     pub fn clear(&mut self) {
@@ -104,10 +124,22 @@ impl Candidates {
         }
     }
 
+    /// Appends the candidates of pairs of voxels; says how many pairs of triangles their lists make. Of the others, those nearer
+    /// than `clearance` lower it to a bound of their distance.
+    pub fn add_all(
+        &mut self,
+        voxels: &[VoxelPair],
+        objects: [&Object; 2],
+        frame: &PairFrame,
+        clearance: &mut f64,
+    ) -> u64 {
+        dispatch(AddAll { candidates: self, voxels, objects, frame, clearance })
+    }
+
     /// Appends the candidates of a pair of voxels; says how many pairs of triangles the two lists make. Of the others, those nearer
     /// than `clearance` lower it to a bound of their distance.
     #[inline(always)]
-    pub fn add(&mut self, voxels: &VoxelPair, objects: [&Object; 2], frame: &PairFrame, clearance: &mut f64) -> u64 {
+    fn add(&mut self, voxels: &VoxelPair, objects: [&Object; 2], frame: &PairFrame, clearance: &mut f64) -> u64 {
         let [min, max] = frame.common_box(&voxels.cells);
         let both = RoundedBox { min, max };
         let [first, second] = &mut self.sides;
@@ -187,7 +219,7 @@ impl WorldSide {
         &self.corners[place]
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn carry(&mut self, place: usize, number: u32, object: &Object) {
         let [p, q, r] = object.triangles()[number as usize];
         let corner = |vertex: u32| world_position(&self.columns, object.vertices()[vertex as usize]);
@@ -246,6 +278,8 @@ fn world_position(columns: &[[f64; 4]; 4], [x, y, z]: [f64; 3]) -> [f64; 4] {
 pub(crate) struct Recent {
     /// The triangle numbers and the generation they were seen in.
     seen: Vec<(u32, u32, u64)>,
+    /// How many places are in use, a power of two, less one.
+    mask: usize,
     generation: u64,
     /// Entries of this generation.
     count: usize,
@@ -253,7 +287,7 @@ pub(crate) struct Recent {
 
 impl Default for Recent {
     fn default() -> Self {
-        Recent { seen: vec![(0, 0, 0); Recent::SMALLEST], generation: 1, count: 0 }
+        Recent { seen: vec![(0, 0, 0); Recent::SMALLEST], mask: Recent::SMALLEST - 1, generation: 1, count: 0 }
     }
 }
 
@@ -266,17 +300,18 @@ impl Recent {
     pub fn forget(&mut self) {
         self.generation += 1;
         self.count = 0;
+        self.mask = Self::SMALLEST - 1;
     }
 
     #[inline]
     pub fn is_new(&mut self, a: u32, b: u32) -> bool {
         // Fibonacci hashing (Knuth, The Art of Computer Programming 3, section 6.4).
         let hash = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let place = (hash >> 32) as usize & (self.seen.len() - 1);
+        let place = (hash >> 32) as usize & self.mask;
         let entry = (a, b, self.generation);
         let is_new = std::mem::replace(&mut self.seen[place], entry) != entry;
         self.count += usize::from(is_new);
-        if self.count > self.seen.len() && self.seen.len() < Self::LARGEST {
+        if self.count > self.mask && self.mask < Self::LARGEST - 1 {
             self.grow();
         }
         is_new
@@ -284,9 +319,9 @@ impl Recent {
 
     #[cold]
     fn grow(&mut self) {
-        let size = 4 * self.seen.len();
-        self.seen.clear();
-        self.seen.resize(size, (0, 0, 0));
+        let size = 4 * (self.mask + 1);
+        self.seen.resize(size.max(self.seen.len()), (0, 0, 0));
+        self.mask = size - 1;
         self.count = 0;
     }
 }

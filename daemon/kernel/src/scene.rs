@@ -2,21 +2,16 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use crate::accuracy::{Accuracy, Budget};
-use crate::affine::{IDENTITY, Rows};
 use crate::batch::{BatchInput, BatchReport, Candidates};
 use crate::effects::Effects;
 use crate::effects::response::{MassProperties, Velocity};
-use crate::global_boxes::GlobalBox;
 use crate::interest::{GroupId, Interest, InterestRow};
 use crate::object::Object;
-use crate::path::Path;
+use crate::places::Places;
 use crate::report::Report;
 use crate::step::{Clock, Limit, Step, World};
-use crate::submatrix::Placed;
-use crate::transforms::{RigidMotion, Staged, StepError, StepInput, check_staged, commit, settle, stage};
+use crate::transforms::{RigidMotion, StepError, StepInput, stage};
 
 /// Names a body of a scene. Ids ascend from 0 and are never used again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -33,30 +28,9 @@ pub(crate) struct Body {
     pub id: BodyId,
     pub object: Arc<Object>,
     pub interest: InterestRow,
-    pub rows: Rows,
-    /// See [`magnitude`]; over the object's container.
-    pub magnitude: DVec3,
-    /// What a step brings, and where the body was before.
-    pub staged: Staged,
-    /// The step that first placed it.
-    pub first_step: u64,
-    /// The step that last moved it, or gave it another object.
-    pub changed: u64,
-    /// Whether the object is new since the last step.
-    pub replaced: bool,
-    /// Whether its global bounding box is that of where it is.
-    pub has_box: bool,
-    pub path: Path,
     pub velocity: Velocity,
     /// `None`: static.
     pub dynamics: Option<Dynamics>,
-}
-
-impl Body {
-    /// The body where it is.
-    pub fn placed(&self) -> Placed<'_> {
-        Placed { object: &self.object, rows: &self.rows, magnitude: self.magnitude }
-    }
 }
 
 /// What the effect `response` needs to know of a body.
@@ -75,8 +49,8 @@ pub struct Dynamics {
 pub struct Scene {
     /// Ascending by id.
     bodies: Vec<Body>,
-    /// The global bounding box of each.
-    boxes: Vec<GlobalBox>,
+    /// Where each is.
+    places: Places,
     wanted: Wanted,
     budget: Budget,
     /// The rigid motions of the step under way.
@@ -101,10 +75,11 @@ struct Wanted {
 }
 
 impl Wanted {
-    fn of<'s>(&'s self, bodies: &'s [Body], boxes: &'s [GlobalBox], rigid: &'s [RigidMotion], step: u64) -> World<'s> {
+    fn of<'s>(&'s self, bodies: &'s [Body], places: &'s Places, rigid: &'s [RigidMotion], step: u64) -> World<'s> {
         World {
             bodies,
-            boxes,
+            places,
+            boxes: places.boxes(),
             effects: self.effects,
             asked: self.effects.union(self.rule_effects),
             accuracy: &self.accuracy,
@@ -130,22 +105,9 @@ impl Scene {
     pub fn add_body(&mut self, object: Arc<Object>, group: Option<GroupId>) -> BodyId {
         let id = BodyId(self.next_id);
         self.next_id += 1;
-        self.bodies.push(Body {
-            id,
-            object,
-            interest: InterestRow::of(group),
-            rows: IDENTITY,
-            magnitude: DVec3::ZERO,
-            staged: Staged::new(IDENTITY, 0, None),
-            first_step: u64::MAX,
-            changed: u64::MAX,
-            replaced: true,
-            has_box: false,
-            path: Path::default(),
-            velocity: Velocity::default(),
-            dynamics: None,
-        });
-        self.boxes.push(GlobalBox::EMPTY);
+        self.places.add(&object);
+        let interest = InterestRow::of(group);
+        self.bodies.push(Body { id, object, interest, velocity: Velocity::default(), dynamics: None });
         id
     }
 
@@ -156,7 +118,7 @@ impl Scene {
     pub fn remove_body(&mut self, body: BodyId) -> Result<(), UnknownBody> {
         let at = self.index(body)?;
         self.bodies.remove(at);
-        self.boxes.remove(at);
+        self.places.remove(at);
         self.step.forget();
         for other in &mut self.bodies[..at] {
             other.interest.set(body, Interest::Default);
@@ -171,8 +133,8 @@ impl Scene {
     /// [`UnknownBody`] when it is not there.
     pub fn replace_object(&mut self, body: BodyId, object: Arc<Object>) -> Result<(), UnknownBody> {
         let at = self.index(body)?;
+        self.places.replace(at, &object);
         self.bodies[at].object = object;
-        self.bodies[at].replaced = true;
         Ok(())
     }
 
@@ -247,16 +209,15 @@ impl Scene {
     pub fn step<'i>(&mut self, input: impl Into<StepInput<'i>>, clock: &dyn Clock) -> Result<Report<'_>, StepError> {
         let (input, start) = (input.into(), clock.nanoseconds());
         self.steps += 1;
-        stage(&mut self.bodies, &mut self.rigid, &input, self.steps)?;
-        check_staged(&mut self.bodies, input.velocities, self.steps)?;
+        stage(&self.bodies, &mut self.places, &mut self.rigid, &input, self.steps)?;
         for &(body, velocity) in input.velocities {
             if let Ok(at) = self.index(body) {
                 self.bodies[at].velocity = velocity;
             }
         }
         let limit = Limit::new(self.budget, clock, start);
-        let box_count = commit(&mut self.bodies, &mut self.boxes, &self.rigid, self.steps, &limit);
-        let world = self.wanted.of(&self.bodies, &self.boxes, &self.rigid, self.steps);
+        let box_count = self.places.commit(self.steps, &limit);
+        let world = self.wanted.of(&self.bodies, &self.places, &self.rigid, self.steps);
         self.step.run(world, clock, limit, start, box_count);
         Ok(self.step.report())
     }
@@ -285,10 +246,10 @@ impl Scene {
     /// [`StepError`] names the candidate, the body and the value; nothing is computed then.
     pub fn batch(&mut self, input: &BatchInput<'_>, clock: &dyn Clock) -> Result<BatchReport<'_>, StepError> {
         let start = clock.nanoseconds();
-        let settled = settle(&mut self.bodies, &mut self.boxes)?;
-        self.candidates.take(&self.bodies, input)?;
+        let settled = self.places.settle(&self.bodies)?;
+        self.candidates.take(&self.bodies, &self.places, input)?;
         let limit = Limit::new(self.budget, clock, start);
-        let world = self.wanted.of(&self.bodies, &self.boxes, &[], self.steps);
+        let world = self.wanted.of(&self.bodies, &self.places, &[], self.steps);
         self.step.batch(world, &self.candidates, input.stop_at, clock, limit, start);
         Ok(self.step.batch_report(settled))
     }

@@ -8,6 +8,8 @@ mod limit;
 mod reach;
 mod response;
 mod results;
+mod screen;
+mod turn;
 mod unmoved;
 mod witness;
 mod worker;
@@ -23,11 +25,12 @@ use crate::broad_phase::BroadPhase;
 use crate::effects::{Effects, Found, Touching, order};
 use crate::global_boxes::GlobalBox;
 use crate::motion::Motion;
+use crate::places::Places;
 use crate::report::{Report, StageCounts, StageTimes, Verdict};
 use crate::scene::Body;
-use crate::transforms::{RigidMotion, motion};
-use crate::voxel_pairs::VoxelPair;
-use crate::workforce::Workforce;
+use crate::submatrix::Placed;
+use crate::transforms::RigidMotion;
+use crate::workforce::{Alone, Workforce};
 pub(crate) use batch::Batch;
 use coherence::{Clearance, Memory};
 use conclusion::AT_CONTACTS;
@@ -36,6 +39,8 @@ pub(crate) use limit::Limit;
 use reach::{FAR, Reach};
 pub(crate) use response::StepResponse;
 pub(crate) use results::Results;
+use screen::Screen;
+use turn::take_turns;
 use unmoved::LastStep;
 use worker::{LeftOver, Round, Task, Worker};
 
@@ -61,6 +66,8 @@ impl Clock for NoClock {
 #[derive(Clone, Copy)]
 pub(crate) struct World<'s> {
     pub bodies: &'s [Body],
+    /// Where they are.
+    pub places: &'s Places,
     /// The global bounding box of each.
     pub boxes: &'s [GlobalBox],
     /// Effects of pairs without a rule of their own.
@@ -77,14 +84,21 @@ pub(crate) struct World<'s> {
     pub step: u64,
 }
 
-impl World<'_> {
-    /// How a body has moved in this step.
-    pub fn motion(&self, body: u32) -> Motion {
-        motion(&self.bodies[body as usize], self.rigid, self.step)
+impl<'s> World<'s> {
+    /// A body where it is.
+    pub fn placed(&self, body: u32) -> Placed<'s> {
+        let object = &*self.bodies[body as usize].object;
+        Placed { object, rows: self.places.rows(body), magnitude: self.places.magnitude(body) }
     }
 
-    pub fn accuracy_of(&self, pair: &Kept) -> &Accuracy {
-        let (a, b) = (&self.bodies[pair.a as usize], &self.bodies[pair.b as usize]);
+    /// How a body has moved in this step.
+    pub fn motion(&self, body: u32) -> Motion {
+        self.places.motion(body, self.rigid, self.step)
+    }
+
+    /// The accuracy of a pair of bodies, of which the first comes first.
+    pub fn accuracy_of(&self, a: u32, b: u32) -> &Accuracy {
+        let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
         a.interest.accuracy(b.id).unwrap_or(self.accuracy)
     }
 }
@@ -163,6 +177,7 @@ impl Kept {
 pub(crate) struct Step {
     broad_phase: BroadPhase,
     reach: Reach,
+    screen: Screen,
     last: LastStep,
     kept: Vec<Kept>,
     work: LeftOver,
@@ -172,7 +187,7 @@ pub(crate) struct Step {
     touching: Vec<Touching>,
     /// Pairs that stage 9 looks at, and which of `touching` are theirs.
     concluding: Vec<(u32, Range<usize>)>,
-    results: Results,
+    results: Box<Results>,
     response: StepResponse,
     counts: StageCounts,
     times: StageTimes,
@@ -189,34 +204,46 @@ impl Step {
         let mut stopwatch = Stopwatch { clock, last: start };
         self.counts = StageCounts { boxes: box_count, ..StageCounts::default() };
         self.times = StageTimes { boxes: stopwatch.lap(), ..StageTimes::default() };
-        let overlapping = self.broad_phase.overlapping_within(world.boxes, |work| limit.spend(work));
+        let workforce: &dyn Workforce = if limit.is_short() { &Alone } else { clock };
+        let overlapping = self.broad_phase.overlapping_within(world.boxes, |work| limit.spend(work), workforce);
         self.counts.broad_pairs = overlapping.len() as u64;
-        let farther = self.reach.pairs(&world, &limit);
+        let farther = self.reach.pairs(&world, &limit, workforce);
         limit.reserve(overlapping.len().max(farther.len()) as u64 * self.ending_time);
         // Pairs that there is no time to list are not worth more than the word that they are open.
         let (overlapping, farther) = if limit.spend(0) { (&[][..], &[][..]) } else { (overlapping, farther) };
         self.times.broad_phase = stopwatch.lap();
         self.last.take(&mut self.kept, &mut self.found, &mut self.touching, &mut self.results);
-        keep(overlapping, farther, &world, &mut self.kept);
-        self.last.decide(&mut self.kept, &world);
-        self.counts.interest_pairs = self.kept.len() as u64;
-        self.times.interest = stopwatch.lap();
+        self.counts.interest_pairs = self.screen.ask(overlapping, farther, &world) as u64;
         self.is_complete = !limit.is_up();
-        self.compare(&Round { world, clock, limit: &limit, alone: false });
+        if self.counts.interest_pairs > 0 {
+            self.screen.keep(&world, &limit, clock, &mut self.kept);
+        }
+        self.results.clear();
+        self.results.time_fault = time_fault(&world);
+        if self.kept.is_empty() {
+            self.response.clear();
+            // Where no pair was kept for fear of the ending, the fear wears off.
+            self.ending_time -= self.ending_time.div_ceil(8);
+        } else {
+            self.examine(world, &limit, &mut stopwatch);
+        }
+        self.last.end(world.step);
+    }
+
+    /// Stages 4 to 10 of the pairs that matter.
+    fn examine(&mut self, world: World<'_>, limit: &Limit<'_>, stopwatch: &mut Stopwatch<'_>) {
+        let clock = stopwatch.clock;
+        self.last.decide(&mut self.kept, &world);
+        self.times.interest = stopwatch.lap();
+        self.compare(&Round { world, clock, limit, alone: false });
         stopwatch.lap();
         let ending = limit.up_at(stopwatch.last);
         self.learn(&world);
         self.gather(clock);
-        self.conclude(world, clock, &limit);
+        self.conclude(world, clock, limit);
         self.collect(world);
         self.times.effects = stopwatch.lap();
-        // Where no pair was kept for fear of the ending, the fear wears off.
-        let pairs = self.kept.len() as u64;
-        self.ending_time = match pairs {
-            0 => self.ending_time - self.ending_time.div_ceil(8),
-            _ => (stopwatch.last - ending) / pairs,
-        };
-        self.last.end(world.step);
+        self.ending_time = (stopwatch.last - ending) / self.kept.len() as u64;
     }
 
     /// Forgets the last step: bodies have other indices now.
@@ -233,7 +260,9 @@ impl Step {
     /// Stages 5 to 8 of all pairs that have moved. A light step is done by the caller, before another thread would have woken up; the rest is
     /// shared out. A pair that turns out heavy is handed back by its worker in pieces, which the next round shares out again.
     fn compare(&mut self, round: &Round<'_>) {
-        self.workers.resize_with(round.clock.threads() + 1, Mutex::default);
+        if self.workers.len() != round.clock.threads() + 1 {
+            self.workers.resize_with(round.clock.threads() + 1, Mutex::default);
+        }
         self.work.tasks.clear();
         self.work.voxels.clear();
         let open = self.kept.iter().enumerate().rev().filter(|(_, kept)| kept.needs_test());
@@ -253,10 +282,7 @@ impl Step {
             } else if is_for_one(&self.work.tasks, round.limit) {
                 self.compare_alone(round);
             } else {
-                for tasks in self.work.tasks.chunks(TASKS_AT_ONCE) {
-                    let voxels = &self.work.voxels;
-                    round.clock.share(&mut || share(tasks, voxels, &self.kept, &self.workers, round));
-                }
+                take_turns(&self.work.tasks, &self.work.voxels, &self.kept, &self.workers, round);
                 self.work.tasks.clear();
             }
             self.take_left_over();
@@ -292,7 +318,7 @@ impl Step {
     /// What the next step need not find anew.
     fn learn(&mut self, world: &World<'_>) {
         for kept in self.kept.iter_mut().filter(|kept| kept.needs_test()) {
-            coherence::learn(kept, world);
+            self.last.learn(kept, world);
         }
         for worker in &mut self.workers {
             for (pair, triangles) in get_mut(worker).witnesses.drain(..) {
@@ -340,15 +366,13 @@ impl Step {
         if self.concluding.len() == 1 || limit.is_short() {
             return self.concluding.iter().for_each(conclude);
         }
-        for pairs in self.concluding.chunks(TASKS_AT_ONCE) {
+        for pairs in self.concluding.chunks(PAIRS_AT_ONCE) {
             clock.share(&mut || pairs.par_iter().for_each(conclude));
         }
     }
 
     /// Stage 10: the report, put together from what all threads have found.
     fn collect(&mut self, world: World<'_>) {
-        self.results.clear();
-        self.results.time_fault = time_fault(&world);
         for worker in &mut self.workers {
             let worker = get_mut(worker);
             self.results.take(worker);
@@ -357,7 +381,7 @@ impl Step {
         self.results.recall(&self.kept, &self.last.results);
         self.results.take_regions(&mut self.workers, &self.last.results);
         self.results.list(&world, &self.kept, &self.found);
-        self.response.solve(&self.results, &self.kept, world.bodies);
+        self.response.solve(&self.results, &self.kept, &world);
         self.results.count(&mut self.counts);
     }
 }
@@ -369,8 +393,8 @@ fn run<T>(records: &[T], first: &mut usize, belongs: impl Fn(&T) -> bool) -> Ran
     start..*first
 }
 
-/// Tasks that are shared out at once. Each is short, so that the steps of several scenes take turns.
-const TASKS_AT_ONCE: usize = 128;
+/// Pairs of which stage 9 is shared out at once, so that the steps of several scenes take turns.
+const PAIRS_AT_ONCE: usize = 128;
 
 /// What stage 9 of a pair counts for in a budget of work.
 const WORK_OF_AN_EFFECT: u64 = 256;
@@ -378,13 +402,6 @@ const WORK_OF_AN_EFFECT: u64 = 256;
 /// Whether waking another thread would cost more of the budget than it saves: the time is short, or there is but one task.
 fn is_for_one(tasks: &[Task], limit: &Limit<'_>) -> bool {
     limit.exists() && (limit.is_short() || tasks.len() == 1)
-}
-
-/// Runs tasks on all threads of the current pool.
-fn share(tasks: &[Task], voxels: &[VoxelPair], kept: &[Kept], workers: &[Mutex<Worker>], round: &Round<'_>) {
-    tasks.par_iter().for_each(|task| {
-        own_worker(workers).run(task, &kept[task.pair as usize], round, voxels);
-    });
 }
 
 /// What belongs to the current thread; the last one is the caller's.
@@ -396,21 +413,6 @@ fn own_worker<T>(workers: &[Mutex<T>]) -> MutexGuard<'_, T> {
 /// What a worker holds is good even if another task of it has panicked: it is cleared before each use.
 fn get_mut<T>(worker: &mut Mutex<T>) -> &mut T {
     worker.get_mut().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Stage 4: the pairs that matter, ordered. `farther` holds all of `overlapping`, or nothing.
-fn keep(overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>, kept: &mut Vec<Kept>) {
-    let pair = |a: u32, b: u32, overlapping: bool| {
-        let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
-        let effects = first.interest.effects(second.id, &second.interest, world.effects);
-        let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
-        matters.then(|| Kept { a, b, effects, overlapping, ..Kept::default() })
-    };
-    if farther.is_empty() {
-        return kept.extend(overlapping.iter().filter_map(|&(a, b)| pair(a, b, true)));
-    }
-    let mut next = overlapping.iter().peekable();
-    kept.extend(farther.iter().filter_map(|&far| pair(far.0, far.1, next.next_if_eq(&&far).is_some())));
 }
 
 pub(crate) struct Stopwatch<'c> {

@@ -48,6 +48,7 @@
 
 mod containers;
 mod lanes;
+mod outline;
 mod side;
 mod world_boxes;
 
@@ -56,11 +57,13 @@ use glam::DVec3;
 use crate::affine::Rows;
 use crate::cells::{Cell, Cut};
 use crate::container::{HALVINGS_PER_LEVEL, MAX_ORDER};
+use crate::instructions::{Work, dispatch};
 use crate::object::Object;
 use crate::polygon_box::unit_scale;
 use containers::{Along, Containers};
 use lanes::LANES;
 pub(crate) use lanes::Lanes;
+pub(crate) use outline::{Outline, are_apart};
 use side::{PartsAlong, Side};
 pub(crate) use world_boxes::BoxFrame;
 
@@ -128,6 +131,23 @@ pub(crate) struct PairFrame {
     boxes: BoxFrame,
 }
 
+/// [`PairFrame::start_within`], for the instructions of the processor.
+struct Start<'f, 'o> {
+    frame: &'f mut PairFrame,
+    clearance: f64,
+    sides: [Placed<'o>; 2],
+    order: Option<u32>,
+}
+
+impl Work for Start<'_, '_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        self.frame.start_with(self.clearance, self.sides, self.order)
+    }
+}
+
 impl PairFrame {
     /// False when the containers are proven apart. `order`: the order of voxels at which the descent ends, if it is smaller than the
     /// object's own.
@@ -138,6 +158,11 @@ impl PairFrame {
     /// Proves apart only what is proven farther apart than a clearance: the slack of each axis is larger by its length times that. False
     /// when the containers are.
     pub fn start_within(&mut self, clearance: f64, a: Placed<'_>, b: Placed<'_>, order: Option<u32>) -> bool {
+        dispatch(Start { frame: self, clearance, sides: [a, b], order })
+    }
+
+    #[inline(always)]
+    fn start_with(&mut self, clearance: f64, [a, b]: [Placed<'_>; 2], order: Option<u32>) -> bool {
         let containers = Containers::new(clearance, a, b);
         let Some(along) = containers.along() else { return false };
         self.scale(&along);
@@ -159,6 +184,7 @@ impl PairFrame {
     }
 
     /// Takes over what is along the axes, divided by the reach of the containers so that f32 can hold it.
+    #[inline(always)]
     fn scale(&mut self, along: &Along) {
         /// 2^-30.
         const UNIT: f64 = 1.0 / (1u64 << MAX_ORDER) as f64;
@@ -291,10 +317,14 @@ fn unit_columns(columns: [DVec3; 3]) -> [DVec3; 3] {
 
 #[inline(always)]
 fn faces(edges: &[[DVec3; 3]; 2]) -> [DVec3; 6] {
-    let [a, b] = edges;
-    let faces = |edges: &[DVec3; 3]| [edges[1].cross(edges[2]), edges[2].cross(edges[0]), edges[0].cross(edges[1])];
-    let ([i, j, k], [l, m, n]) = (faces(a), faces(b));
-    separating([i, j, k, l, m, n])
+    let ([i, j, k], [l, m, n]) = (sides(&edges[0]), sides(&edges[1]));
+    [i, j, k, l, m, n]
+}
+
+/// The normals of the sides of one container.
+#[inline(always)]
+fn sides(edges: &[DVec3; 3]) -> [DVec3; 3] {
+    separating([edges[1].cross(edges[2]), edges[2].cross(edges[0]), edges[0].cross(edges[1])])
 }
 
 #[inline(always)]

@@ -4,11 +4,9 @@ use glam::DVec3;
 
 use crate::affine::{Rows, magnitude, world_vertex};
 use crate::effects::response::Velocity;
-use crate::global_boxes::GlobalBox;
 use crate::motion::{Motion, MotionError};
-use crate::path::displacement;
+use crate::places::Places;
 use crate::scene::{Body, BodyId};
-use crate::step::Limit;
 
 /// The transforms of one step. Each is read once, so they may stand in memory that another process can write.
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +53,7 @@ pub struct RigidMotion {
 }
 
 impl RigidMotion {
-    fn from(&self, from: Rows) -> Motion {
+    pub(crate) fn from(&self, from: Rows) -> Motion {
         let &RigidMotion { axis, centre, angle, translate } = self;
         Motion::Rigid { from, axis, centre, angle, translate }
     }
@@ -143,27 +141,10 @@ pub enum StepError {
     },
 }
 
-/// What a step brings a body, until all of it is checked; and afterwards, where the body was before.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Staged {
-    pub rows: Rows,
-    /// The step that brought it.
-    pub step: u64,
-    /// Where the rigid motion that ends here stands in the scene's list.
-    pub rigid: Option<u32>,
-    /// See [`magnitude`]; over the object's container. Of what was staged it is known when that is checked.
-    pub magnitude: DVec3,
-}
-
-impl Staged {
-    pub fn new(rows: Rows, step: u64, rigid: Option<u32>) -> Staged {
-        Staged { rows, step, rigid, magnitude: DVec3::ZERO }
-    }
-}
-
-/// Reads each transform and each motion, once. `rigid` takes the motions.
+/// Reads each transform and each motion, once, and checks all of it. `rigid` takes the motions.
 pub(crate) fn stage(
-    bodies: &mut [Body],
+    bodies: &[Body],
+    places: &mut Places,
     rigid: &mut Vec<RigidMotion>,
     input: &StepInput<'_>,
     step: u64,
@@ -177,166 +158,65 @@ pub(crate) fn stage(
         return Err(StepError::TransformCount { expected, found });
     }
     match input.transforms {
-        Transforms::Dense(rows) => {
-            let staged = bodies.iter_mut().zip(rows);
-            staged.for_each(|(body, rows)| body.staged = Staged::new(*rows, step, None));
-        }
+        Transforms::Dense(rows) => places.stage_all(bodies, rows, step)?,
         Transforms::Sparse { bodies: ids, rows } => {
+            places.stage_some();
             for (position, (&id, rows)) in ids.iter().zip(rows).enumerate() {
-                let body = unstaged(bodies, "transform", position, BodyId(id), step)?;
-                body.staged = Staged::new(*rows, step, None);
+                stage_one(bodies, places, ("transform", position), BodyId(id), (*rows, None), step)?;
             }
         }
     }
     for (position, &(id, motion)) in input.rigid.iter().enumerate() {
-        let body = unstaged(bodies, "rigid motion", position, id, step)?;
-        let whole = motion.from(body.rows);
+        let whole = motion.from(*places.rows(find(bodies, ("rigid motion", position), id)? as u32));
         whole.check().map_err(|motion| StepError::BadMotion { body: id, motion })?;
-        body.staged = Staged::new(whole.end(), step, Some(position as u32));
+        let end = (whole.end(), Some(position as u32));
+        stage_one(bodies, places, ("rigid motion", position), id, end, step)?;
         rigid.push(motion);
     }
-    Ok(())
+    check_velocities(bodies, input.velocities)?;
+    places.check_some(bodies, step)
 }
 
-fn find<'b>(
-    bodies: &'b mut [Body],
-    what: &'static str,
-    position: usize,
-    id: BodyId,
-) -> Result<&'b mut Body, StepError> {
+/// Index of a body. `what` names it, and the place in the input.
+fn find(bodies: &[Body], (what, position): (&'static str, usize), id: BodyId) -> Result<usize, StepError> {
     let at = bodies.binary_search_by_key(&id, |body| body.id);
-    at.map(|at| &mut bodies[at]).map_err(|_| StepError::UnknownBody { what, position, body: id.0 })
+    at.map_err(|_| StepError::UnknownBody { what, position, body: id.0 })
 }
 
-/// The body, which this step has not named yet.
-fn unstaged<'b>(
-    bodies: &'b mut [Body],
-    what: &'static str,
-    position: usize,
+/// A body that this step must not have named yet.
+fn stage_one(
+    bodies: &[Body],
+    places: &mut Places,
+    what: (&'static str, usize),
     id: BodyId,
+    (rows, rigid): (Rows, Option<u32>),
     step: u64,
-) -> Result<&'b mut Body, StepError> {
-    let body = find(bodies, what, position, id)?;
-    if body.staged.step == step {
-        return Err(StepError::BodyTwice { what, position, body: id.0 });
-    }
-    Ok(body)
+) -> Result<(), StepError> {
+    let is_first = places.stage_one(find(bodies, what, id)?, rows, rigid, step);
+    let (what, position) = what;
+    if is_first { Ok(()) } else { Err(StepError::BodyTwice { what, position, body: id.0 }) }
 }
 
-/// Checks what [`stage`] has read, and the velocities.
-pub(crate) fn check_staged(bodies: &mut [Body], velocities: &[(BodyId, Velocity)], step: u64) -> Result<(), StepError> {
+fn check_velocities(bodies: &[Body], velocities: &[(BodyId, Velocity)]) -> Result<(), StepError> {
     for (position, &(id, velocity)) in velocities.iter().enumerate() {
-        find(bodies, "velocity", position, id)?;
+        find(bodies, ("velocity", position), id)?;
         let numbers = [velocity.linear, velocity.angular];
         if let Some(&value) = numbers.as_flattened().iter().find(|number| !number.is_finite()) {
             return Err(StepError::NonFiniteVelocity { body: id, value });
         }
     }
-    for body in bodies {
-        if body.staged.step != step {
-            if !body.replaced {
-                continue;
-            }
-            body.staged = Staged::new(body.rows, step, None);
-        }
-        if !rests(body) {
-            body.staged.magnitude = check_transform(body, &body.staged.rows)?;
-        }
-    }
     Ok(())
 }
 
-/// Moves the bodies and computes their boxes, as long as the budget lasts; says how many. What was staged now holds where a body was
-/// before.
-pub(crate) fn commit(
-    bodies: &mut [Body],
-    boxes: &mut [GlobalBox],
-    rigid: &[RigidMotion],
-    step: u64,
-    limit: &Limit<'_>,
-) -> u64 {
-    /// Boxes between two looks at the budget: about a microsecond.
-    const SLICE: u64 = 32;
-    let mut count = 0;
-    for (body, bounds) in bodies.iter_mut().zip(boxes) {
-        if body.staged.step == step {
-            place(body, rigid, step);
-        }
-        if body.has_box || limit.is_up() || count % SLICE == SLICE - 1 && limit.spend(SLICE) {
-            continue;
-        }
-        *bounds = box_at(body, &body.rows);
-        body.has_box = true;
-        count += 1;
-    }
-    count
-}
-
-/// Computes the boxes of bodies that no step has placed as they are, where they are; says how many. The next step computes them again.
-pub(crate) fn settle(bodies: &mut [Body], boxes: &mut [GlobalBox]) -> Result<u64, StepError> {
-    let mut count = 0;
-    let unsettled = bodies.iter_mut().zip(boxes).filter(|(body, _)| body.replaced || !body.has_box);
-    for (body, bounds) in unsettled {
-        body.magnitude = check_transform(body, &body.rows)?;
-        *bounds = box_at(body, &body.rows);
-        count += 1;
-    }
-    Ok(count)
-}
-
-/// The global bounding box of a body at a transform.
-pub(crate) fn box_at(body: &Body, rows: &Rows) -> GlobalBox {
-    body.object.container().map_or(GlobalBox::EMPTY, |container| GlobalBox::of(&container, rows))
-}
-
-/// Whether the body, which has been checked before, is where it was. Zeros of either sign are different: the report is the same to the bit.
-fn rests(body: &Body) -> bool {
-    let bits = |rows: &Rows| rows.map(|row| row.map(f64::to_bits));
-    !body.replaced
-        && body.first_step != u64::MAX
-        && body.staged.rigid.is_none()
-        && bits(&body.rows) == bits(&body.staged.rows)
-}
-
-fn place(body: &mut Body, rigid: &[RigidMotion], step: u64) {
-    if rests(body) {
-        return;
-    }
-    body.changed = step;
-    std::mem::swap(&mut body.rows, &mut body.staged.rows);
-    std::mem::swap(&mut body.magnitude, &mut body.staged.magnitude);
-    body.first_step = body.first_step.min(step);
-    if body.replaced {
-        body.path.begin(step);
-    } else if let Some(container) = body.object.container() {
-        body.path.advance(
-            displacement(&container, &motion(body, rigid, step), &body.rows, body.magnitude + body.staged.magnitude),
-            step,
-        );
-    }
-    body.replaced = false;
-    body.has_box = false;
-}
-
-/// How a body has moved in step number `step`, after [`commit`]. The step that first places a body does not move it.
-pub(crate) fn motion(body: &Body, rigid: &[RigidMotion], step: u64) -> Motion {
-    if body.staged.step != step || body.first_step == step {
-        return Motion::Still(body.rows);
-    }
-    match body.staged.rigid {
-        Some(at) => rigid[at as usize].from(body.staged.rows),
-        None if body.staged.rows == body.rows => Motion::Still(body.rows),
-        None => Motion::Linear { from: body.staged.rows, to: body.rows },
-    }
-}
-
-/// Whether a body can be placed so; its magnitude there.
-pub(crate) fn check_transform(body: &Body, rows: &Rows) -> Result<DVec3, StepError> {
-    check_finite(body.id, rows)?;
-    let magnitude = magnitude(rows, body.object.reach());
+/// Whether a body can be placed so; its magnitude there. `reach`: of its vertices.
+#[inline]
+pub(crate) fn check_transform(body: &Body, reach: [f64; 3], rows: &Rows) -> Result<DVec3, StepError> {
+    // An entry that is not finite leaves no finite sum.
+    let magnitude = magnitude(rows, reach);
     if magnitude.is_finite() {
         return Ok(magnitude);
     }
+    check_finite(body.id, rows)?;
     check_overflow(body, rows).map(|()| magnitude)
 }
 

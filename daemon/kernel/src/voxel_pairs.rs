@@ -10,6 +10,7 @@
 //! descent anywhere discards nothing: the lists of the cells are then compared as they are.
 
 use crate::cells::Cell;
+use crate::instructions::{Work, dispatch};
 use crate::object::Object;
 use crate::report::StageCounts;
 use crate::submatrix::{Lanes, PairFrame, Which};
@@ -105,10 +106,41 @@ pub(crate) struct Descent<'s> {
     pub deepest_first: bool,
 }
 
+/// [`Descent::advance`], for the instructions of the processor.
+struct Advance<'a, 's> {
+    descent: &'a mut Descent<'s>,
+    open: &'a mut Open,
+    leaves: &'a mut Vec<VoxelPair>,
+    wanted: usize,
+    budget: &'a mut i64,
+    counts: &'a mut StageCounts,
+}
+
+impl Work for Advance<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.descent.advance_with(self.open, self.leaves, self.wanted, self.budget, self.counts);
+    }
+}
+
 impl Descent<'_> {
     /// Goes on until `leaves` has `wanted` pairs of cells that are not cut further, or nothing is `open`, or `budget`
     /// comparisons have been made.
     pub fn advance(
+        &mut self,
+        open: &mut Open,
+        leaves: &mut Vec<VoxelPair>,
+        wanted: usize,
+        budget: &mut i64,
+        counts: &mut StageCounts,
+    ) {
+        dispatch(Advance { descent: self, open, leaves, wanted, budget, counts });
+    }
+
+    #[inline(always)]
+    fn advance_with(
         &mut self,
         open: &mut Open,
         leaves: &mut Vec<VoxelPair>,
@@ -200,7 +232,7 @@ impl Descent<'_> {
         let (base, before) = (pair.between, open.stacks.each_ref().map(Vec::len));
         let other = pair.cells[split.other() as usize];
         let along = self.frame.parts(split, parent.rank, parts.rank, cut, &other, &base);
-        pair.age += 1;
+        let (age, whole) = (pair.age + 1, pair.whole);
         let (mut repeated, mut occupied) = (0, parts.occupied);
         while occupied != 0 {
             let part = occupied.trailing_zeros() as usize;
@@ -210,18 +242,16 @@ impl Descent<'_> {
                 if let Some((apart, reach)) = along.bounds(&between, parts.rank, &bounds) {
                     let cell = matrix.part(&parent, &parts, cut, part, bounds);
                     repeated += cell.triangles;
-                    pair.cells[split as usize] = cell;
-                    pair.between = base.plus(&along.centres[part]);
+                    let between = base.plus(&along.centres[part]);
+                    let cells = if split == Which::First { [cell, other] } else { [other, cell] };
                     let depth = if self.deepest_first { depth(&apart, &reach) } else { 0 };
-                    open.stacks[depth].push(pair);
+                    open.stacks[depth].push(VoxelPair { between, cells, age, whole });
                 }
             }
             parts.pass();
         }
         if sparing && parent.rank % 2 == 1 && repeated / MOST_REPEATED >= parent.triangles {
             open.stacks.iter_mut().zip(before).for_each(|(stack, before)| stack.truncate(before));
-            (pair.between, pair.cells[split as usize]) = (base, parent);
-            pair.age -= 1;
             pair.whole[split as usize] = true;
             open.stacks[0].push(pair);
         }

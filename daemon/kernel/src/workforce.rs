@@ -17,3 +17,13 @@ pub trait Workforce: Sync {
 }
 
 impl Workforce for () {}
+
+/// The calling thread, and no other.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Alone;
+
+impl Workforce for Alone {
+    fn threads(&self) -> usize {
+        1
+    }
+}

@@ -14,6 +14,7 @@ use crate::batch::{BatchReport, Candidates, Placement};
 use crate::broad_phase::BroadPhase;
 use crate::effects::Effects;
 use crate::report::{StageCounts, StageTimes, Verdict};
+use crate::workforce::Alone;
 
 /// Candidates that are shared out at once: less than a millisecond of work, so that several scenes take turns.
 const CANDIDATES_AT_ONCE: usize = 128;
@@ -201,8 +202,11 @@ impl Judging<'_> {
             }
         }
         let boxes = self.candidates.boxes(candidate);
-        let pairs =
-            if boxes.len() > 1 { among.overlapping_within(boxes, |work| self.round.limit.spend(work)) } else { &[] };
+        let pairs = if boxes.len() > 1 {
+            among.overlapping_within(boxes, |work| self.round.limit.spend(work), &Alone)
+        } else {
+            &[]
+        };
         for pair in pairs {
             let [a, b] = [pair.0, pair.1].map(|place| self.candidates.placement(candidate, place as usize, bodies));
             verdict = stronger(verdict, self.pair(a, b, counts, worker));
@@ -215,8 +219,8 @@ impl Judging<'_> {
     }
 
     fn at_rest(&self, body: u32) -> Placement<'_> {
-        let World { bodies, boxes, .. } = self.round.world;
-        Placement { body, placed: bodies[body as usize].placed(), bounds: &boxes[body as usize] }
+        let world = &self.round.world;
+        Placement { body, placed: world.placed(body), bounds: &world.boxes[body as usize] }
     }
 
     /// Stages 4 to 8 of two bodies whose boxes overlap, and `containment` if it is asked.

@@ -85,14 +85,46 @@ impl Clearance {
     }
 }
 
+/// The paths of the bodies. Each goes on when it is asked for: bodies that are near no other have none.
+#[derive(Debug, Default)]
+pub(super) struct Paths {
+    of_bodies: Vec<Path>,
+}
+
+impl Paths {
+    /// Forgets them: bodies have other indices now.
+    pub fn forget(&mut self) {
+        self.of_bodies.clear();
+    }
+
+    /// The paths of a pair up to the step under way; `last_step` is the number of the one before.
+    fn of(&mut self, pair: &Kept, world: &World<'_>, last_step: u64) -> [Path; 2] {
+        if self.of_bodies.len() < world.bodies.len() {
+            self.of_bodies.resize(world.bodies.len(), Path::default());
+        }
+        [pair.a, pair.b].map(|body| {
+            let path = &mut self.of_bodies[body as usize];
+            if path.step() != world.step {
+                let goes_on = path.step() == last_step && !world.places.is_exchanged(body, world.step);
+                *path = if goes_on {
+                    path.advanced(world.places.displacement(body, world.rigid, world.step), world.step)
+                } else {
+                    Path::begin(world.step)
+                };
+            }
+            *path
+        })
+    }
+}
+
 /// Takes over what a pair knows from the last step, and decides it where that is enough.
-pub(super) fn recall(pair: &mut Kept, last: &Kept, world: &World<'_>) {
-    let paths = paths(pair, world);
-    if !paths.iter().all(|path| path.leads_through(world.step)) {
+pub(super) fn recall(pair: &mut Kept, last: &Kept, world: &World<'_>, paths: &mut Paths, last_step: u64) {
+    let paths = paths.of(pair, world, last_step);
+    if !paths.iter().all(Path::leads_through) {
         return;
     }
     pair.memory = last.memory;
-    let step = (paths[0].within(world.step) + paths[1].within(world.step)).next_up();
+    let step = (paths[0].within() + paths[1].within()).next_up();
     let moved = pair.memory.moved(&paths);
     pair.apart = moved < pair.memory.gap;
     pair.free = (moved + step).next_up() < pair.memory.gap;
@@ -101,7 +133,7 @@ pub(super) fn recall(pair: &mut Kept, last: &Kept, world: &World<'_>) {
         pair.memory.witness = None;
         return;
     }
-    let is_exact = world.accuracy_of(pair).level == Level::Polygons;
+    let is_exact = world.accuracy_of(pair.a, pair.b).level == Level::Polygons;
     if pair.overlapping && !pair.apart && !last.is_interfering() && is_exact {
         want(pair, step, largest);
     }
@@ -124,9 +156,9 @@ fn want(pair: &mut Kept, step: f64, largest: f64) {
 }
 
 /// Notes what the test of a pair has shown.
-pub(super) fn learn(pair: &mut Kept, world: &World<'_>) {
-    let paths = paths(pair, world);
+pub(super) fn learn(pair: &mut Kept, world: &World<'_>, paths: &mut Paths, last_step: u64) {
     pair.memory.gap = 0.0;
+    let paths = paths.of(pair, world, last_step);
     if pair.is_interfering() || pair.is_open() {
         return;
     }
@@ -140,8 +172,4 @@ pub(super) fn learn(pair: &mut Kept, world: &World<'_>) {
         memory.wait = if memory.gap > 0.0 { 0 } else { (2 * memory.wait).clamp(1, LONGEST_WAIT) };
         memory.waiting = memory.wait;
     }
-}
-
-fn paths(pair: &Kept, world: &World<'_>) -> [Path; 2] {
-    [pair.a, pair.b].map(|body| world.bodies[body as usize].path)
 }

@@ -17,6 +17,9 @@ use crate::submatrix::Placed;
 /// The effects that look at where the surfaces meet.
 pub(super) const AT_CONTACTS: Effects = Effects::CONTACTS.union(Effects::PENETRATION).union(Effects::RESPONSE);
 
+/// The effects that have something to say of surfaces that are apart.
+pub(super) const BEYOND_SURFACES: Effects = FAR.union(Effects::CONTAINMENT);
+
 /// Whether a pair asks for anything that is left to do when its verdict is known.
 pub(super) fn is_needed(kept: &Kept) -> bool {
     kept.effects.meets(FAR)
@@ -57,18 +60,18 @@ pub(crate) struct PairRegions {
 impl Conclusion {
     /// Computes what a pair asks for. `touching` are its pairs of triangles that interfere.
     pub fn add(&mut self, pair: u32, kept: &Kept, touching: &[Touching], world: World<'_>) {
-        let bodies = [kept.a, kept.b].map(|body| &world.bodies[body as usize]);
-        let [a, b] = bodies.map(|body| (&*body.object, &body.rows));
+        let sides = [kept.a, kept.b].map(|body| world.placed(body));
+        let [a, b] = sides.map(|side| (side.object, side.rows));
         let mut is_inside = false;
         let verdict = kept.verdict();
         if kept.effects.contains(Effects::CONTAINMENT) && kept.overlapping && verdict == Verdict::Clear {
-            let found = self.containment(bodies[0].placed(), bodies[1].placed());
+            let found = self.containment(sides[0], sides[1]);
             is_inside = found.is_proven();
             self.contained.push((pair, found));
         }
         if kept.effects.contains(Effects::DISTANCE) {
             self.counts.distance_searches += 1;
-            let found = distance(a, b, world.accuracy_of(kept).distance, &mut self.distance_memory);
+            let found = distance(a, b, world.accuracy_of(kept.a, kept.b).distance, &mut self.distance_memory);
             self.distances.extend(found.map(|found| (pair, found)));
         }
         let meets = verdict == Verdict::Interfering && !kept.is_unfinished();
@@ -133,7 +136,8 @@ impl Conclusion {
     fn add_time(&mut self, pair: u32, kept: &Kept, world: World<'_>) {
         self.counts.time_searches += 1;
         let [a, b] = [kept.a, kept.b].map(|body| (&*world.bodies[body as usize].object, world.motion(body)));
-        let mut found = time_of_contact((a.0, &a.1), (b.0, &b.1), world.accuracy_of(kept).time, &mut self.time_memory);
+        let mut found =
+            time_of_contact((a.0, &a.1), (b.0, &b.1), world.accuracy_of(kept.a, kept.b).time, &mut self.time_memory);
         let at_start = TimeOfContact::Contact { lo: 0.0, hi: 0.0 };
         if found != at_start && kept.effects.contains(Effects::CONTAINMENT) {
             let [from_a, from_b] = [a.1.at(0.0), b.1.at(0.0)];

@@ -11,18 +11,18 @@ pub(super) fn time_fault(world: &World<'_>) -> Option<BodyId> {
     if !world.asked.contains(Effects::TIME_OF_CONTACT) {
         return None;
     }
-    let new_bodies = || world.bodies.iter().filter(|body| is_new(body, world));
+    let mut new_bodies = (0..).zip(world.bodies).filter(|&(at, _)| is_new(at, world)).map(|(_, body)| body);
     if world.effects.contains(Effects::TIME_OF_CONTACT) {
-        return new_bodies().find(|body| world.bodies.iter().any(|other| asks(body, other, world))).map(|body| body.id);
+        return new_bodies.find(|body| world.bodies.iter().any(|other| asks(body, other, world))).map(|body| body.id);
     }
     // Only rules ask then. There may be many bodies and few rules.
-    new_bodies().next()?;
-    world.bodies.iter().flat_map(|body| by_rule(body, world)).min()
+    new_bodies.next()?;
+    (0..).zip(world.bodies).flat_map(|(at, body)| by_rule(at, body, world)).min()
 }
 
 /// Whether this step is the first to place the body.
-fn is_new(body: &Body, world: &World<'_>) -> bool {
-    body.first_step == world.step
+fn is_new(body: u32, world: &World<'_>) -> bool {
+    world.places.is_new(body, world.step)
 }
 
 fn asks(body: &Body, other: &Body, world: &World<'_>) -> bool {
@@ -32,9 +32,9 @@ fn asks(body: &Body, other: &Body, world: &World<'_>) -> bool {
 }
 
 /// The new bodies of the pairs for which the body has a rule that asks.
-fn by_rule<'w>(body: &'w Body, world: &'w World<'_>) -> impl Iterator<Item = BodyId> + 'w {
+fn by_rule<'w>(at: u32, body: &'w Body, world: &'w World<'_>) -> impl Iterator<Item = BodyId> + 'w {
     let others = body.interest.rules_with(Effects::TIME_OF_CONTACT);
     let others = others.filter_map(|other| world.bodies.binary_search_by_key(&other, |body| body.id).ok());
-    let pairs = others.flat_map(move |other| [body, &world.bodies[other]]);
-    pairs.filter(|body| is_new(body, world)).map(|body| body.id)
+    let pairs = others.flat_map(move |other| [at, other as u32]);
+    pairs.filter(|&body| is_new(body, world)).map(|body| world.bodies[body as usize].id)
 }

@@ -9,6 +9,7 @@ use super::{Limit, World};
 use crate::broad_phase::BroadPhase;
 use crate::effects::Effects;
 use crate::global_boxes::GlobalBox;
+use crate::workforce::Workforce;
 
 /// The effects that look beyond overlapping boxes.
 pub(super) const FAR: Effects = Effects::DISTANCE.union(Effects::TIME_OF_CONTACT);
@@ -23,21 +24,21 @@ pub(super) struct Reach {
 impl Reach {
     /// Every pair of bodies that may be near enough for these effects, and every pair whose boxes overlap; none when no pair asks
     /// for them.
-    pub fn pairs(&mut self, world: &World<'_>, limit: &Limit<'_>) -> &[(u32, u32)] {
+    pub fn pairs(&mut self, world: &World<'_>, limit: &Limit<'_>, workforce: &dyn Workforce) -> &[(u32, u32)] {
         if !world.asked.meets(FAR) {
             return &[];
         }
         self.boxes.clear();
         self.boxes.extend((0..world.bodies.len() as u32).map(|body| reach(world, body)));
-        self.broad_phase.overlapping_within(&self.boxes, |work| limit.spend(work))
+        self.broad_phase.overlapping_within(&self.boxes, |work| limit.spend(work), workforce)
     }
 }
 
 fn reach(world: &World<'_>, body: u32) -> GlobalBox {
     let mut bounds = world.boxes[body as usize];
-    if let Some(container) = world.bodies[body as usize].object.container() {
+    if let Some(container) = world.places.container(body) {
         if world.asked.contains(Effects::TIME_OF_CONTACT) {
-            bounds = bounds.joined(&world.motion(body).swept_box(&container));
+            bounds = bounds.joined(&world.motion(body).swept_box(container));
         }
         if world.asked.contains(Effects::DISTANCE) {
             bounds = widened(&bounds, 0.5 * world.up_to);

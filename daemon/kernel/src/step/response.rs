@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::{Kept, Results};
+use super::{Kept, Results, World};
 use crate::effects::response::{
     Impulse, ManifoldPoint, MassProperties, Response, ResponseBody, ResponseError, ResponsePair, Velocity,
 };
-use crate::scene::{Body, BodyId, Dynamics};
+use crate::scene::{BodyId, Dynamics};
 
 /// Memory of the response, and what came of it.
 #[derive(Debug, Default)]
@@ -39,14 +39,13 @@ struct TouchingPair {
 }
 
 impl StepResponse {
-    pub fn solve(&mut self, results: &Results, kept: &[Kept], bodies: &[Body]) {
-        self.impulses.clear();
-        self.velocities.clear();
-        (self.fault, self.capped) = (None, false);
+    pub fn solve(&mut self, results: &Results, kept: &[Kept], world: &World<'_>) {
+        self.clear();
         if results.manifold.is_empty() {
             return;
         }
-        self.gather(results, kept, bodies);
+        self.gather(results, kept, world);
+        let bodies = world.bodies;
         let member = |body: u32| self.members.partition_point(|&other| other < body);
         let pairs = self.pairs.iter().map(|pair| {
             let [a, b] = pair.bodies.map(member);
@@ -63,8 +62,15 @@ impl StepResponse {
         self.velocities.extend(moved.map(|((&member, &after), _)| (bodies[member as usize].id, after)));
     }
 
+    /// Nothing meets.
+    pub fn clear(&mut self) {
+        self.impulses.clear();
+        self.velocities.clear();
+        (self.fault, self.capped) = (None, false);
+    }
+
     /// The pairs with contact points, and the bodies of these.
-    fn gather(&mut self, results: &Results, kept: &[Kept], bodies: &[Body]) {
+    fn gather(&mut self, results: &Results, kept: &[Kept], world: &World<'_>) {
         self.pairs.clear();
         let mut first = 0;
         for points in results.manifold.chunk_by(|([one, _], _), ([other, _], _)| one == other) {
@@ -80,15 +86,16 @@ impl StepResponse {
         self.members.sort_unstable();
         self.members.dedup();
         self.bodies.clear();
-        self.bodies.extend(self.members.iter().map(|&body| response_body(&bodies[body as usize])));
+        self.bodies.extend(self.members.iter().map(|&body| response_body(body, world)));
     }
 }
 
-fn response_body(body: &Body) -> ResponseBody {
+fn response_body(at: u32, world: &World<'_>) -> ResponseBody {
+    let body = &world.bodies[at as usize];
     // Of two bodies the larger restitution counts: this one leaves it to the other.
     let plain = Dynamics { mass: MassProperties::STATIC, restitution: 0.0, friction: 1.0 };
     let Dynamics { mass, restitution, friction } = body.dynamics.unwrap_or(plain);
-    ResponseBody { mass, restitution, friction, rows: body.rows, velocity: body.velocity }
+    ResponseBody { mass, restitution, friction, rows: *world.places.rows(at), velocity: body.velocity }
 }
 
 /// Place of the body that an error names.

@@ -145,7 +145,7 @@ impl Results {
             if verdict == Verdict::Clear && !is_of_interest && !kept.is_unfinished() {
                 continue;
             }
-            let mut level = world.accuracy_of(kept).level;
+            let mut level = world.accuracy_of(kept.a, kept.b).level;
             if verdict == Verdict::Possible {
                 let bound = self.open[ends[0].clone()].first().or(self.progress[ends[1].clone()].first());
                 level = if ends[0].is_empty() { bound.map_or(Level::GlobalBoxes, level_of) } else { level };

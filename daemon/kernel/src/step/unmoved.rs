@@ -1,6 +1,6 @@
 //! Pairs that have not moved since the last step: what was found then is true now.
 
-use super::coherence::recall;
+use super::coherence::{self, Paths, recall};
 use super::conclusion::is_needed;
 use super::{Kept, Results, World, run};
 use crate::effects::{Effects, Found, Touching};
@@ -14,7 +14,8 @@ pub(super) struct LastStep {
     found: Vec<Found>,
     touching: Vec<Touching>,
     /// What stage 9 found.
-    pub results: Results,
+    pub results: Box<Results>,
+    paths: Paths,
 }
 
 impl LastStep {
@@ -25,7 +26,7 @@ impl LastStep {
         kept: &mut Vec<Kept>,
         found: &mut Vec<Found>,
         touching: &mut Vec<Touching>,
-        results: &mut Results,
+        results: &mut Box<Results>,
     ) {
         std::mem::swap(&mut self.results, results);
         exchange(&mut self.kept, kept);
@@ -41,11 +42,18 @@ impl LastStep {
     /// Forgets everything: bodies have other indices now.
     pub fn forget(&mut self) {
         self.kept.clear();
+        self.paths.forget();
+    }
+
+    /// Notes what the test of a pair has shown, for the next step.
+    pub fn learn(&mut self, pair: &mut Kept, world: &World<'_>) {
+        coherence::learn(pair, world, &mut self.paths, self.step);
     }
 
     /// Decides the pairs of which neither body has moved and the same is asked as then. Both lists are ordered.
-    pub fn decide(&self, kept: &mut [Kept], world: &World<'_>) {
-        let is_unmoved = |body: u32| world.bodies[body as usize].changed <= self.step;
+    pub fn decide(&mut self, kept: &mut [Kept], world: &World<'_>) {
+        let step = self.step;
+        let is_unmoved = |body: u32| world.places.rests_since_end_of(body, step);
         let mut next = 0;
         for pair in kept {
             next += self.kept[next..].iter().take_while(|last| (last.a, last.b) < (pair.a, pair.b)).count();
@@ -59,18 +67,11 @@ impl LastStep {
                 pair.unmoved = Some(next as u32);
                 *pair.interfering.get_mut() = last.is_interfering();
                 pair.memory = last.memory;
-                pair.concluded = self.is_concluded(pair, world);
+                pair.concluded = is_concluded(pair, world, step);
             } else {
-                recall(pair, last, world);
+                recall(pair, last, world, &mut self.paths, step);
             }
         }
-    }
-
-    /// Whether stage 9, too, would find of an unmoved pair what it found then.
-    fn is_concluded(&self, pair: &Kept, world: &World<'_>) -> bool {
-        let rests = |body: u32| world.bodies[body as usize].path.rests_since(self.step);
-        let has_time = pair.effects.contains(Effects::TIME_OF_CONTACT);
-        is_needed(pair) && (!has_time || rests(pair.a) && rests(pair.b))
     }
 
     /// Appends what was found of the pairs that were so decided.
@@ -86,6 +87,13 @@ impl LastStep {
             touching.extend(self.touching[triangles].iter().map(|touching| Touching { pair, ..*touching }));
         }
     }
+}
+
+/// Whether stage 9, too, would find of a pair unmoved since that step what it found then.
+fn is_concluded(pair: &Kept, world: &World<'_>, step: u64) -> bool {
+    let rests = |body: u32| world.places.rests_since_start_of(body, step);
+    let has_time = pair.effects.contains(Effects::TIME_OF_CONTACT);
+    is_needed(pair) && (!has_time || rests(pair.a) && rests(pair.b))
 }
 
 fn exchange<T>(last: &mut Vec<T>, current: &mut Vec<T>) {

@@ -47,6 +47,9 @@ const TESTS_AT_ONCE: u64 = 8;
 /// What it costs to look at a pair at all, in comparisons of voxels.
 const WORK_OF_A_PAIR: u64 = 16;
 
+/// What an exact test costs, likewise.
+const EXACT_TEST: u64 = 2;
+
 /// The most pieces that a heavy pair is handed back in: several for each thread.
 const PIECES: usize = 8;
 
@@ -196,6 +199,8 @@ pub(crate) struct Worker {
     pub open: Vec<(u32, OpenBound)>,
     /// What is known of pairs that were put aside in a step with a budget.
     pub progress: Vec<(u32, OpenBound)>,
+    /// Tasks looked at in this step.
+    visits: u64,
     counts: StageCounts,
     times: StageTimes,
 }
@@ -206,10 +211,14 @@ impl Worker {
         self.counts.voxels_visited < LIGHT
     }
 
+    /// What this thread has done in this step, in comparisons of voxels, roughly.
+    pub fn work_done(&self) -> u64 {
+        self.counts.voxels_visited + WORK_OF_A_PAIR * self.visits + EXACT_TEST * self.counts.exact_tests
+    }
+
     /// Looks at a pair, or a part of one, at the accuracy it asks for. `left_over`: the voxels of all parts.
     pub fn run(&mut self, task: &Task, kept: &Kept, round: &Round<'_>, left_over: &[VoxelPair]) {
-        let bodies = [kept.a, kept.b].map(|body| body as usize);
-        let sides = bodies.map(|body| (round.world.bodies[body].placed(), &round.world.boxes[body]));
+        let sides = [kept.a, kept.b].map(|body| (round.world.placed(body), &round.world.boxes[body as usize]));
         self.run_at(sides, task, kept, round, left_over);
     }
 
@@ -225,11 +234,12 @@ impl Worker {
         if is_decided(kept) {
             return;
         }
+        self.visits += 1;
         if round.limit.spend(WORK_OF_A_PAIR) {
             return kept.leave_unfinished();
         }
         let mut stopwatch = Stopwatch { clock: round.clock, last: round.clock.nanoseconds() };
-        let accuracy = round.world.accuracy_of(kept);
+        let accuracy = round.world.accuracy_of(kept.a, kept.b);
         if accuracy.level == Level::GlobalBoxes {
             return self.leave_open(task.pair, kept, open_bound::of_boxes(sides[0].1, sides[1].1));
         }
@@ -403,9 +413,12 @@ impl Worker {
     /// Stage 7.
     fn gather(&mut self, pair: &Visit<'_>, frame: &PairFrame) {
         self.candidates.clear();
-        for voxels in &self.leaves {
-            self.counts.polygon_candidates += self.candidates.add(voxels, pair.objects(), frame, &mut self.clearance);
-            pair.spend(1);
+        // With a budget, each pair of voxels is followed by a look at it.
+        let count = if pair.limit.exists() { 1 } else { self.leaves.len().max(1) };
+        for voxels in self.leaves.chunks(count) {
+            self.counts.polygon_candidates +=
+                self.candidates.add_all(voxels, pair.objects(), frame, &mut self.clearance);
+            pair.spend(voxels.len() as i64);
         }
     }
 
@@ -451,6 +464,9 @@ impl Worker {
 
     /// Adds this thread's counts and times to the step's, and forgets them.
     pub fn report_to(&mut self, counts: &mut StageCounts, times: &mut StageTimes) {
+        if std::mem::take(&mut self.visits) == 0 {
+            return;
+        }
         let (own_counts, own_times) = (std::mem::take(&mut self.counts), std::mem::take(&mut self.times));
         counts.container_pairs += own_counts.container_pairs;
         counts.voxels_visited += own_counts.voxels_visited;

@@ -37,6 +37,7 @@ pub(super) struct Along {
 }
 
 impl<'o> Containers<'o> {
+    #[inline(always)]
     pub fn new(clearance: f64, a: Placed<'o>, b: Placed<'o>) -> Containers<'o> {
         let lattices = [a, b].map(|placed| placed.object.matrix().lattice());
         Containers {

@@ -1,50 +1,66 @@
-//! A number for each separating axis, in f32: four registers of four.
-
-use glam::Vec4;
+//! A number for each separating axis, in f32.
+//!
+//! Plain arrays: the compiler makes of the loops the widest registers that it may use, and code that is
+//! [dispatched](crate::instructions) may use those that the processor has. What each lane comes to is the same to the bit.
 
 /// Axes that are looked at together: a power of two that holds the fifteen.
 pub(crate) const LANES: usize = 16;
 
 /// A number for each axis.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Lanes([Vec4; LANES / 4]);
+#[repr(align(64))]
+pub(crate) struct Lanes([f32; LANES]);
 
 impl Lanes {
     /// Rounded to the nearest f32.
     #[inline(always)]
     pub fn rounded(values: &[f64; LANES]) -> Lanes {
-        let rounded = values.map(|value| value as f32);
-        Lanes([0, 4, 8, 12].map(|i| Vec4::new(rounded[i], rounded[i + 1], rounded[i + 2], rounded[i + 3])))
+        let mut lanes = Lanes::default();
+        for lane in 0..LANES {
+            lanes.0[lane] = values[lane] as f32;
+        }
+        lanes
     }
 
     #[inline(always)]
-    pub fn plus(&self, other: &Lanes) -> Lanes {
-        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
-        Lanes([a + e, b + f, c + g, d + h])
+    pub fn plus(mut self, other: &Lanes) -> Lanes {
+        for lane in 0..LANES {
+            self.0[lane] += other.0[lane];
+        }
+        self
     }
 
     #[inline(always)]
-    pub fn minus(&self, other: &Lanes) -> Lanes {
-        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
-        Lanes([a - e, b - f, c - g, d - h])
+    pub fn minus(mut self, other: &Lanes) -> Lanes {
+        for lane in 0..LANES {
+            self.0[lane] -= other.0[lane];
+        }
+        self
     }
 
     #[inline(always)]
-    pub fn times(&self, factor: f32) -> Lanes {
-        let [a, b, c, d] = self.0;
-        Lanes([a * factor, b * factor, c * factor, d * factor])
+    pub fn times(mut self, factor: f32) -> Lanes {
+        for lane in 0..LANES {
+            self.0[lane] *= factor;
+        }
+        self
     }
 
     #[inline(always)]
-    pub fn abs(&self) -> Lanes {
-        let [a, b, c, d] = self.0;
-        Lanes([a.abs(), b.abs(), c.abs(), d.abs()])
+    pub fn abs(mut self) -> Lanes {
+        for lane in 0..LANES {
+            self.0[lane] = self.0[lane].abs();
+        }
+        self
     }
 
     /// Whether one of them is greater in magnitude. False for NaN.
     #[inline(always)]
     pub fn any_beyond(&self, reach: &Lanes) -> bool {
-        let ([a, b, c, d], [e, f, g, h]) = (self.0, reach.0);
-        ((a.abs().cmpgt(e) | b.abs().cmpgt(f)) | (c.abs().cmpgt(g) | d.abs().cmpgt(h))).any()
+        let mut beyond = 0;
+        for lane in 0..LANES {
+            beyond |= u32::from(self.0[lane].abs() > reach.0[lane]);
+        }
+        beyond != 0
     }
 }

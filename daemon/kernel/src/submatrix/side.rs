@@ -81,6 +81,7 @@ pub(super) struct Bounds {
 }
 
 impl Side {
+    #[inline(always)]
     pub fn start(&mut self, object: &Object, columns: &[DVec3; 3], halves: &[f64; 3]) {
         let lattice = object.matrix().lattice();
         let (longest, extents) = (longest(columns, halves), self.extents());
@@ -136,6 +137,7 @@ impl Side {
 
     /// The first rank whose cells are within `noise` of a point, or as large in the world as those of the last one (which they
     /// are when the body is flattened across the side that is halved), or the last one.
+    #[inline(always)]
     pub fn depth(&self, last: usize, noise: f64) -> usize {
         let small = noise.max(self.size[last]);
         (0..last).find(|&rank| self.size[rank] <= small).unwrap_or(last)
@@ -148,7 +150,7 @@ impl Side {
     }
 
     /// The parts of cells of a rank.
-    #[inline(never)]
+    #[inline(always)]
     pub fn learn(&mut self, which: Which, rank: u8, cut: &Cut) {
         let mut bits = cut.bits;
         let parts = &mut self.parts[rank as usize];

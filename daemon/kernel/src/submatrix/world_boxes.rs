@@ -43,6 +43,7 @@ impl BoxFrame {
 }
 
 impl PairFrame {
+    #[inline(always)]
     pub(super) fn place_boxes(&mut self, containers: &Containers<'_>) {
         let middles = [0, 1].map(|body| {
             let ([x, y, z], at) = (containers.columns[body], containers.middles[body]);

@@ -48,9 +48,7 @@ impl SurfaceTest {
             self.candidates.clear();
             let (mut budget, mut counts) = (i64::MAX, StageCounts::default());
             descent.advance(&mut self.open, &mut self.leaves, batch, &mut budget, &mut counts);
-            for voxels in &self.leaves {
-                self.candidates.add(voxels, objects, descent.frame, &mut 0.0);
-            }
+            self.candidates.add_all(&self.leaves, objects, descent.frame, &mut 0.0);
             for at in 0..self.candidates.pairs().len() {
                 let [p, q] = self.candidates.corners(self.candidates.pairs()[at], objects);
                 if triangles_in(arithmetic, p, q).is_some() {

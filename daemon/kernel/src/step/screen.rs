@@ -1,0 +1,111 @@
+//! Stages 4 and 5: the pairs that matter, without those that the first look proves apart.
+//!
+//! Most pairs whose boxes overlap are told apart by little: it is not worth remembering them, nor making tasks of them. What is looked
+//! at here is proven again where it is not enough, and a pair that is clear at its first look is as clear as any.
+
+use rayon::prelude::*;
+
+use super::conclusion::BEYOND_SURFACES;
+use super::{Clock, FAR, Kept, Limit, World};
+use crate::effects::Effects;
+use crate::report::Level;
+use crate::submatrix::{Outline, are_apart};
+
+/// Pairs looked at between two looks at the budget: a few microseconds.
+const SLICE: usize = 64;
+
+/// Pairs that one thread takes at a time.
+const CHUNK: usize = 128;
+
+/// Pairs before it is worth waking another thread, and that are shared out at once: less than a millisecond of work.
+const LIGHT: usize = 512;
+const TURN: usize = 1 << 13;
+
+/// Memory of the stage.
+#[derive(Debug, Default)]
+pub(super) struct Screen {
+    pairs: Vec<Asked>,
+    outlines: Vec<Outline>,
+    /// The step that each is of.
+    steps: Vec<u64>,
+}
+
+/// A pair of bodies of which something is asked.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    a: u32,
+    b: u32,
+    effects: Effects,
+    overlapping: bool,
+    apart: bool,
+}
+
+impl Screen {
+    /// Stage 4: the pairs that matter, ordered; says how many. `farther` holds all of `overlapping`, or nothing.
+    pub fn ask(&mut self, overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>) -> usize {
+        let pair = |a: u32, b: u32, overlapping: bool| {
+            let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
+            let effects = first.interest.effects(second.id, &second.interest, world.effects);
+            let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
+            matters.then_some(Asked { a, b, effects, overlapping, apart: false })
+        };
+        self.pairs.clear();
+        if farther.is_empty() {
+            self.pairs.extend(overlapping.iter().filter_map(|&(a, b)| pair(a, b, true)));
+        } else {
+            let mut next = overlapping.iter().peekable();
+            let pairs = farther.iter().filter_map(|&far| pair(far.0, far.1, next.next_if_eq(&&far).is_some()));
+            self.pairs.extend(pairs);
+        }
+        self.pairs.len()
+    }
+
+    /// The first look of stage 5, at the pairs of which only the surfaces are asked and all of the accuracy. The others are kept.
+    pub fn keep(&mut self, world: &World<'_>, limit: &Limit<'_>, clock: &dyn Clock, kept: &mut Vec<Kept>) {
+        self.outline(world);
+        let Screen { pairs, outlines, .. } = self;
+        let look = |pair: &mut Asked| pair.apart = pair.is_apart(world, outlines);
+        if limit.exists() {
+            let slices = pairs.chunks_mut(SLICE);
+            slices.take_while(|slice| !limit.spend(slice.len() as u64)).flatten().for_each(look);
+        } else if pairs.len() < LIGHT {
+            pairs.iter_mut().for_each(look);
+        } else {
+            for pairs in pairs.chunks_mut(TURN) {
+                clock.share(&mut || pairs.par_chunks_mut(CHUNK).for_each(|pairs| pairs.iter_mut().for_each(look)));
+            }
+        }
+        kept.extend(pairs.iter().filter(|pair| !pair.apart).map(Asked::kept));
+    }
+
+    /// The outlines of the bodies of these pairs.
+    fn outline(&mut self, world: &World<'_>) {
+        let count = world.bodies.len();
+        if self.steps.len() < count {
+            self.steps.resize(count, 0);
+            self.outlines.resize(count, Outline::default());
+        }
+        for body in self.pairs.iter().flat_map(|pair| [pair.a, pair.b]) {
+            let at = body as usize;
+            if self.steps[at] != world.step {
+                self.steps[at] = world.step;
+                self.outlines[at] = Outline::of(world.placed(body));
+            }
+        }
+    }
+}
+
+impl Asked {
+    fn is_apart(&self, world: &World<'_>, outlines: &[Outline]) -> bool {
+        let is_asked = self.overlapping && !self.effects.meets(BEYOND_SURFACES);
+        is_asked && world.accuracy_of(self.a, self.b).level == Level::Polygons && {
+            let bodies = [self.a, self.b];
+            are_apart(bodies.map(|body| world.placed(body)), bodies.map(|body| &outlines[body as usize]))
+        }
+    }
+
+    fn kept(&self) -> Kept {
+        let &Asked { a, b, effects, overlapping, .. } = self;
+        Kept { a, b, effects, overlapping, ..Kept::default() }
+    }
+}
