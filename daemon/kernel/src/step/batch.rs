@@ -13,7 +13,8 @@ use super::{Clock, Kept, Limit, Step, Stopwatch, WORK_OF_AN_EFFECT, World, get_m
 use crate::batch::{BatchReport, Candidates, Placement};
 use crate::broad_phase::BroadPhase;
 use crate::effects::Effects;
-use crate::report::{StageCounts, StageTimes, Verdict};
+use crate::report::{Level, StageCounts, StageTimes, Verdict};
+use crate::submatrix::{Outline, are_apart};
 use crate::workforce::Alone;
 
 /// Candidates that are shared out at once: less than a millisecond of work, so that several scenes take turns.
@@ -234,11 +235,19 @@ impl Judging<'_> {
             return Verdict::Clear;
         }
         counts.interest_pairs += 1;
+        let only_surfaces = !effects.contains(Effects::CONTAINMENT);
+        if only_surfaces && self.round.world.accuracy_of(a.body, b.body).level == Level::Polygons {
+            let placed = [a.placed, b.placed];
+            let outlines = placed.map(Outline::of);
+            if are_apart(placed, outlines.each_ref()) {
+                return Verdict::Clear;
+            }
+        }
         let kept = Kept { a: a.body, b: b.body, effects: Effects::INTERFERENCE, ..Kept::default() };
         let sides = [(a.placed, a.bounds), (b.placed, b.bounds)];
         worker.run_at(sides, &Task::whole_pair(0), &kept, &self.round, &[]);
         worker.forget_pairs();
-        if kept.verdict() != Verdict::Clear || !effects.contains(Effects::CONTAINMENT) {
+        if kept.verdict() != Verdict::Clear || only_surfaces {
             return kept.verdict();
         }
         if self.round.limit.spend(WORK_OF_AN_EFFECT) {
