@@ -3,95 +3,250 @@
 //! Akenine-Möller, "Fast 3D Triangle-Box Overlap Testing", JGT 2001: a triangle and a box are apart when an axis of the box,
 //! the triangle's normal, or a product of an edge of each separates them. Here the box's own axes are compared exactly, and
 //! the other ten with a bound on all rounding, so that no voxel that the exact triangle touches is ever left out.
+//!
+//! Most triangles are small for the voxels. One that lies between the planes of a single row of voxels occupies all that it
+//! reaches, since it is connected; one within a single layer is a matter of two dimensions and three axes.
+
+use std::array;
 
 use glam::DVec3;
 
-use crate::container::{Container, Lattice, LatticeLevel};
+use crate::grid::Grid;
 
-/// An axis along which a triangle's extent is known.
+/// Blocks of voxels larger than this are searched from the container down, level by level.
+const SMALL_BLOCK: u64 = 64;
+/// Voxels are counted before they are listed where there may be more than this.
+const MANY_VOXELS: u64 = 1 << 20;
+
+/// Finds the voxels of the full order that triangles occupy, one triangle at a time.
+pub(crate) struct Occupancy<'g> {
+    grid: &'g Grid<'g>,
+    numbers: Vec<u32>,
+}
+
+/// A block of voxels: the first and the last one per axis.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    first: [u32; 3],
+    last: [u32; 3],
+}
+
+/// One voxel or several that are one at a coarser order.
+struct Node {
+    level: usize,
+    place: [u32; 3],
+    number: u32,
+}
+
+impl<'g> Occupancy<'g> {
+    pub fn new(grid: &'g Grid<'g>) -> Occupancy<'g> {
+        Occupancy { grid, numbers: Vec::new() }
+    }
+
+    /// The numbers of the voxels that a triangle in the container occupies, ascending, one at least; `Err` when there are more than
+    /// `limit`.
+    #[inline]
+    pub fn of(&mut self, corners: [DVec3; 3], limit: usize) -> Result<&[u32], TooMany> {
+        let seen = corners.map(|corner| self.grid.seen_from(DVec3::ZERO, corner));
+        let (min, max) = ends(&corners);
+        let (at_min, at_max) = ends(&seen);
+        let [x, y, z] =
+            array::from_fn(|axis| self.grid.places_reached(axis, [min[axis], max[axis]], [at_min[axis], at_max[axis]]));
+        let block = Block { first: [x[0], y[0], z[0]], last: [x[1], y[1], z[1]] };
+        self.numbers.clear();
+        if block.first == block.last {
+            self.numbers.push((0..3).fold(0, |number, axis| number | self.grid.number_along(axis, block.first[axis])));
+        } else {
+            self.several(&block, seen, limit)?;
+        }
+        Ok(&self.numbers)
+    }
+
+    fn several(&mut self, block: &Block, seen: [DVec3; 3], limit: usize) -> Result<(), TooMany> {
+        let origin = DVec3::from(block.first.map(f64::from));
+        let outline = Outline::new(seen.map(|corner| corner - origin), block, self.grid.margin);
+        if block.count() <= SMALL_BLOCK || outline.axes().is_empty() {
+            if block.count() > limit as u64 {
+                return Err(TooMany);
+            }
+            self.search(block, &outline);
+            return Ok(());
+        }
+        let grid = self.grid;
+        let container = || Node { level: 0, place: [0; 3], number: 0 };
+        if block.count() > MANY_VOXELS {
+            let mut count = 0;
+            descend(grid, block, &outline, container(), &mut |_| {
+                count += 1;
+                count <= limit
+            })?;
+        }
+        descend(grid, block, &outline, container(), &mut |number| {
+            self.numbers.push(number);
+            self.numbers.len() <= limit
+        })
+    }
+
+    /// Compares every voxel of a block.
+    #[inline]
+    fn search(&mut self, block: &Block, outline: &Outline) {
+        let side = DVec3::ONE;
+        for z in block.first[2]..=block.last[2] {
+            for y in block.first[1]..=block.last[1] {
+                let in_row = self.grid.number_along(2, z) | self.grid.number_along(1, y);
+                for x in block.first[0]..=block.last[0] {
+                    if !outline.misses(block.offset([x, y, z]), side) {
+                        self.numbers.push(in_row | self.grid.number_along(0, x));
+                    }
+                }
+            }
+        }
+        self.numbers.sort_unstable();
+    }
+}
+
+/// More voxels than there may be list entries.
+#[derive(Debug)]
+pub(crate) struct TooMany;
+
+/// Visits the occupied voxels within a node, ascending, until `visit` says that it is enough.
+fn descend(
+    grid: &Grid<'_>,
+    block: &Block,
+    outline: &Outline,
+    node: Node,
+    visit: &mut impl FnMut(u32) -> bool,
+) -> Result<(), TooMany> {
+    let levels = grid.lattice.levels();
+    let level = &levels[node.level];
+    let bits = grid.lattice.bits_at(node.level + 1);
+    let finer: [u32; 3] = array::from_fn(|axis| grid.bits[axis] - bits[axis]);
+    let mut children = !0;
+    for axis in 0..3 {
+        let first = node.place[axis] << level.bits[axis];
+        let end = first + (1 << level.bits[axis]);
+        let start = (block.first[axis] >> finer[axis]).clamp(first, end) - first;
+        let end = ((block.last[axis] >> finer[axis]) + 1).clamp(first, end) - first;
+        children &= level.children_between(axis, start as usize..end as usize);
+    }
+    let side = DVec3::from(finer.map(|bits| f64::from(1u32 << bits)));
+    for child in bits_of(children) {
+        let place = level.place[child as usize];
+        let place = array::from_fn(|axis| node.place[axis] << level.bits[axis] | u32::from(place[axis]));
+        if outline.misses(block.offset(array::from_fn(|axis| place[axis] << finer[axis])), side) {
+            continue;
+        }
+        let number = node.number << level.bits.iter().sum::<u32>() | child;
+        if node.level + 1 < levels.len() {
+            descend(grid, block, outline, Node { level: node.level + 1, place, number }, visit)?;
+        } else if !visit(number) {
+            return Err(TooMany);
+        }
+    }
+    Ok(())
+}
+
+impl Block {
+    fn count(&self) -> u64 {
+        (0..3).map(|axis| u64::from(self.last[axis] - self.first[axis]) + 1).product()
+    }
+
+    fn is_wide(&self, axis: usize) -> bool {
+        self.first[axis] < self.last[axis]
+    }
+
+    /// Where a voxel is, seen from the first one.
+    #[inline(always)]
+    fn offset(&self, place: [u32; 3]) -> DVec3 {
+        DVec3::from(array::from_fn(|axis| f64::from(place[axis]) - f64::from(self.first[axis])))
+    }
+}
+
+/// A direction along which a triangle's extent is known.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     direction: DVec3,
+    /// The components' magnitudes.
+    size: DVec3,
     /// The triangle's extent, widened by every rounding that the comparison with a box can suffer.
     min: f64,
     max: f64,
 }
 
-/// A triangle, ready to be compared with many boxes inside one container.
-pub(crate) struct TriangleExtents {
-    corners: [DVec3; 3],
+/// A triangle, ready to be compared with many voxels: corners are measured in voxels, from the first of its block.
+struct Outline {
     axes: [Axis; 10],
+    count: usize,
 }
 
-impl TriangleExtents {
-    /// `reach` bounds the magnitude of each coordinate of the triangle and of all boxes.
-    pub fn new(corners: [DVec3; 3], reach: DVec3) -> TriangleExtents {
+impl Outline {
+    /// # Why nothing is lost
+    /// A point that the exact triangle has between the planes of a voxel is, measured in voxels, within the grid's margin of a point
+    /// of the triangle that is given here, as well as of the cube of side 1. Whatever vector the direction is after its own
+    /// rounding, a common point has one coordinate along it. Roundings of 2^-53 of the direction's components times the coordinates,
+    /// which are below the block's sides and 1 (and the margin): 1 in each corner's difference, 3 in the product of a corner, 3 in
+    /// that of a box's middle, 3 in that of half its sides, and 1 in each sum of two of these, of which there are three. That is 13,
+    /// and the slack is 32. Nothing underflows: corners that the container holds are whole multiples of 2^-54.
+    fn new(corners: [DVec3; 3], block: &Block, margin: DVec3) -> Outline {
+        let sides = DVec3::from(array::from_fn(|axis| f64::from(block.last[axis] - block.first[axis]) + 1.0));
+        let slack = margin + (sides.max_element() + margin.max_element() + 1.0) * (16.0 * f64::EPSILON);
         let [a, b, c] = corners;
-        let edges = [unit_scale(b - a), unit_scale(c - b), unit_scale(a - c)];
-        let mut axes = [Axis::new(edges[0].cross(edges[1]), &corners, reach); 10];
-        for (edge, direction) in edges.into_iter().enumerate() {
-            for (axis, unit) in DVec3::AXES.into_iter().enumerate() {
-                axes[1 + 3 * edge + axis] = Axis::new(unit.cross(direction), &corners, reach);
+        let edges = [b - a, c - b, a - c];
+        let nothing = Axis { direction: DVec3::ZERO, size: DVec3::ZERO, min: 0.0, max: 0.0 };
+        let mut outline = Outline { axes: [nothing; 10], count: 0 };
+        let wide: [bool; 3] = array::from_fn(|axis| block.is_wide(axis));
+        match wide {
+            [true, true, true] => {
+                outline.add(edges[0].cross(edges[1]), &corners, slack);
+                edges.iter().for_each(|edge| outline.add(DVec3::new(0.0, -edge.z, edge.y), &corners, slack));
+                edges.iter().for_each(|edge| outline.add(DVec3::new(edge.z, 0.0, -edge.x), &corners, slack));
+                edges.iter().for_each(|edge| outline.add(DVec3::new(-edge.y, edge.x, 0.0), &corners, slack));
             }
+            [false, true, true] => {
+                edges.iter().for_each(|edge| outline.add(DVec3::new(0.0, -edge.z, edge.y), &corners, slack))
+            }
+            [true, false, true] => {
+                edges.iter().for_each(|edge| outline.add(DVec3::new(edge.z, 0.0, -edge.x), &corners, slack))
+            }
+            [true, true, false] => {
+                edges.iter().for_each(|edge| outline.add(DVec3::new(-edge.y, edge.x, 0.0), &corners, slack))
+            }
+            // Connected, and between the planes of the row: it is in each voxel that it reaches.
+            _ => {}
         }
-        TriangleExtents { corners, axes }
+        outline
     }
 
-    /// Whether no point of the triangle lies in the box, proven by one of the ten axes. The caller compares the boxes.
-    fn misses(&self, voxel: &Container) -> bool {
-        let (min, max) = (DVec3::from(voxel.min), DVec3::from(voxel.max));
-        let (centre, half) = (0.5 * min + 0.5 * max, 0.5 * max - 0.5 * min);
-        self.axes.iter().any(|axis| {
-            let at = axis.direction.dot(centre);
-            let radius = axis.direction.abs().dot(half);
-            // False for NaN: what is not proven to miss is kept.
+    #[inline(always)]
+    fn add(&mut self, direction: DVec3, corners: &[DVec3; 3], slack: DVec3) {
+        let at = corners.map(|corner| direction.dot(corner));
+        let (size, slack) = (direction.abs(), direction.abs().dot(slack));
+        let (min, max) = (at[0].min(at[1]).min(at[2]) - slack, at[0].max(at[1]).max(at[2]) + slack);
+        self.axes[self.count] = Axis { direction, size, min, max };
+        self.count += 1;
+    }
+
+    fn axes(&self) -> &[Axis] {
+        &self.axes[..self.count]
+    }
+
+    /// Whether no point of the triangle lies in a box, proven by one of the axes. The caller compares the boxes.
+    #[inline(always)]
+    fn misses(&self, low: DVec3, side: DVec3) -> bool {
+        let half = 0.5 * side;
+        let centre = low + half;
+        self.axes().iter().any(|axis| {
+            let (at, radius) = (axis.direction.dot(centre), axis.size.dot(half));
             at - radius > axis.max || at + radius < axis.min
         })
     }
-
-    /// The children of the voxel `index` of `level` that the triangle occupies, one bit each. Never empty for a triangle that
-    /// occupies the voxel.
-    pub fn children(&self, lattice: &Lattice, level: &LatticeLevel, index: [u32; 3]) -> u64 {
-        let bits = [0, 1, 2].map(|axis| level.bits_before[axis] + level.bits[axis]);
-        let mut children = !0;
-        for axis in 0..3 {
-            let min = self.corners[0][axis].min(self.corners[1][axis]).min(self.corners[2][axis]);
-            let max = self.corners[0][axis].max(self.corners[1][axis]).max(self.corners[2][axis]);
-            let first = index[axis] << level.bits[axis];
-            let between = lattice.places_reached(axis, bits[axis], first, level.bits[axis], min, max);
-            children &= level.children_between(axis, between);
-        }
-        // A box of one child holds all of the triangle that the parent has.
-        if children.count_ones() <= 1 {
-            return children;
-        }
-        let mut occupied = children;
-        for child in bits_of(children) {
-            let place = level.place[child as usize];
-            let at = [0, 1, 2].map(|axis| (index[axis] << level.bits[axis]) + u32::from(place[axis]));
-            if self.misses(&lattice.voxel(bits, at)) {
-                occupied &= !(1 << child);
-            }
-        }
-        occupied
-    }
 }
 
-impl Axis {
-    fn new(direction: DVec3, corners: &[DVec3; 3], reach: DVec3) -> Axis {
-        let at = corners.map(|corner| direction.dot(corner));
-        // Whatever vector the direction is after its own rounding, a common point has one coordinate along it. Roundings of
-        // 2^-53 of the sum of magnitudes: 3 in each corner; 1 in the box's centre and half sides each and 3 in each product; 2
-        // in their sum or difference, which may be twice the sum of magnitudes; 1 in the widened extent. That is 14; the slack
-        // is 32. Components of the direction are at most 2, so that products underflow by 2^-1072 and halved coordinates by
-        // 2^-1070. Where a product overflows, so does the slack, and then nothing is discarded.
-        let slack = direction.abs().dot(reach) * (16.0 * f64::EPSILON) + UNDERFLOW;
-        Axis { direction, min: at[0].min(at[1]).min(at[2]) - slack, max: at[0].max(at[1]).max(at[2]) + slack }
-    }
+/// The smallest and the largest coordinates.
+#[inline(always)]
+fn ends([a, b, c]: &[DVec3; 3]) -> (DVec3, DVec3) {
+    (a.min(*b).min(*c), a.max(*b).max(*c))
 }
-
-/// 2^-1060.
-const UNDERFLOW: f64 = f64::from_bits(1 << 14);
 
 /// The vector with its largest component scaled to 1, so that products of two of them neither overflow nor vanish.
 pub(crate) fn unit_scale(vector: DVec3) -> DVec3 {
