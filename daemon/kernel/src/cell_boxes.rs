@@ -158,9 +158,9 @@ pub(crate) fn boxes_of_voxels<'l>(
 ) -> Vec<CellBox> {
     let mut boxes = vec![CellBox::WHOLE; voxels.len()];
     let fill = |boxes: &mut [CellBox], first: usize| {
+        let mut scratch = Scratch::new();
         for (voxel, bounds) in (first..).zip(boxes) {
-            let corners = triangles(voxel).iter().map(|&triangle| corners_of(triangle));
-            *bounds = bounds_in_voxel(grid, grid.place(voxels[voxel]), corners);
+            *bounds = bounds_in_voxel(grid, grid.place(voxels[voxel]), triangles(voxel), corners_of, &mut scratch);
         }
     };
     for (turn, boxes) in boxes.chunks_mut(TURN).enumerate() {
@@ -179,46 +179,91 @@ pub(crate) fn boxes_of_voxels<'l>(
 /// # Why nothing is lost
 /// Every point that a polygon has within the planes of a voxel is in the box that is found, or within the six roundings of
 /// the largest coordinate that [`submatrix`](crate::submatrix) grants the planes. Roundings, each of 2^-53, of 2h, where h
-/// is half the number of voxels of the container: a corner passes 4 (see [`Grid::new`]).
+/// is half the number of voxels of the container: a corner passes 5 (see [`Grid::new`]).
 /// A corner that a cut makes is within 3 of the point at the computed share of its edge, whatever share that is, and that
 /// point is within 4 of the plane; the planes are moved out by the grid's margin, so what is cut off lies beyond the true plane.
-/// Six cuts one after the other: 4 + 6·7 = 46, that is 92 of h. The planes themselves: 6 of the largest coordinate. The
+/// Six cuts one after the other: 5 + 6·7 = 47, that is 94 of h. The planes themselves: 6 of the largest coordinate. The
 /// margin is 128 of both, and is added to the box again.
-fn bounds_in_voxel(grid: &Grid<'_>, place: [u32; 3], triangles: impl Iterator<Item = [DVec3; 3]>) -> CellBox {
+fn bounds_in_voxel(
+    grid: &Grid<'_>,
+    place: [u32; 3],
+    triangles: &[u32],
+    corners_of: &impl Fn(u32) -> [DVec3; 3],
+    scratch: &mut Scratch,
+) -> CellBox {
     let low = DVec3::from(place.map(f64::from));
     let mut all = CellBox::EMPTY;
-    for corners in triangles {
-        let corners = corners.map(|corner| grid.seen_from(low, corner));
-        let [p, q, r] = corners;
-        let (min, max) = (p.min(q).min(r), p.max(q).max(r));
-        let uncut = grains(min - grid.margin, max + grid.margin);
-        if !all.holds(&uncut) {
-            all.join(&cut_off(corners, [min, max], &uncut, grid.margin));
+    for triangles in triangles.chunks(FETCHED) {
+        scratch.seen.clear();
+        // First all that has to be fetched from memory, so that one triangle need not wait for another.
+        scratch.seen.extend(triangles.iter().map(|&triangle| Seen::new(grid, low, corners_of(triangle))));
+        for triangle in &scratch.seen {
+            if !all.holds(&triangle.uncut) {
+                all.join(&triangle.cut_off(grid.margin, &mut scratch.polygons));
+            }
+        }
+        if all == CellBox::WHOLE {
+            return all;
         }
     }
     if all.is_empty() { CellBox::WHOLE } else { all }
 }
 
-/// The box of what a triangle has in a voxel; `min` and `max` are its ends, and `uncut` is its own box.
-fn cut_off(corners: [DVec3; 3], [min, max]: [DVec3; 2], uncut: &CellBox, margin: DVec3) -> CellBox {
-    let end = DVec3::ONE + margin;
-    let (below, above) = (min.cmplt(-margin), max.cmpgt(end));
-    if !(below | above).any() {
-        return *uncut;
+/// Triangles that are fetched together.
+const FETCHED: usize = 16;
+
+/// What is kept from voxel to voxel, so that room for it is made once.
+struct Scratch {
+    seen: Vec<Seen>,
+    polygons: Polygons,
+}
+
+impl Scratch {
+    fn new() -> Scratch {
+        Scratch { seen: Vec::with_capacity(FETCHED), polygons: [[[0.0; 3]; MOST_CORNERS]; 2] }
     }
-    let mut polygon = Polygon::of(corners);
-    for axis in 0..3 {
-        if above.test(axis) {
-            polygon.cut(axis, 1.0, end[axis]);
-        }
-        if below.test(axis) {
-            polygon.cut(axis, -1.0, margin[axis]);
-        }
+}
+
+/// A triangle, measured in voxels from the low corner of one.
+struct Seen {
+    corners: [DVec3; 3],
+    min: DVec3,
+    max: DVec3,
+    /// The box of all of it.
+    uncut: CellBox,
+}
+
+impl Seen {
+    #[inline(always)]
+    fn new(grid: &Grid<'_>, low: DVec3, corners: [DVec3; 3]) -> Seen {
+        let corners = corners.map(|corner| grid.seen_from(low, corner));
+        let [p, q, r] = corners;
+        let (min, max) = (p.min(q).min(r), p.max(q).max(r));
+        Seen { corners, min, max, uncut: grains(min - grid.margin, max + grid.margin) }
     }
-    match polygon.bounds() {
-        _ if polygon.is_full => *uncut,
-        Some((min, max)) => grains(min - margin, max + margin),
-        None => CellBox::EMPTY,
+
+    /// The box of what it has in the voxel.
+    #[inline(always)]
+    fn cut_off(&self, margin: DVec3, polygons: &mut Polygons) -> CellBox {
+        let end = DVec3::ONE + margin;
+        let (below, above) = (self.min.cmplt(-margin), self.max.cmpgt(end));
+        if !(below | above).any() {
+            return self.uncut;
+        }
+        let mut polygon = Polygon::of(self.corners, polygons);
+        for axis in 0..3 {
+            if above.test(axis) {
+                polygon.cut(axis, 1.0, end[axis]);
+            }
+            if below.test(axis) {
+                polygon.cut(axis, -1.0, margin[axis]);
+            }
+        }
+        match polygon.bounds() {
+            _ if polygon.is_full => self.uncut,
+            Some((min, max)) => grains(min - margin, max + margin),
+            None => CellBox::EMPTY,
+        }
     }
 }
 
@@ -229,50 +274,66 @@ fn grains(min: DVec3, max: DVec3) -> CellBox {
     CellBox { min: grains(min), max: grains(max) }
 }
 
+/// A convex polygon gains at most one corner by a cut, so nine are enough; rounding may leave it a little less than convex.
+const MOST_CORNERS: usize = 12;
+
+/// Room for a polygon and for what a cut leaves of it.
+type Polygons = [[[f64; 3]; MOST_CORNERS]; 2];
+
 /// A triangle of which parts have been cut off.
-struct Polygon {
-    /// A convex polygon gains at most one corner by a cut, so nine are enough; rounding may leave it a little less than convex.
-    corners: [DVec3; 12],
+struct Polygon<'s> {
+    corners: &'s mut [[f64; 3]; MOST_CORNERS],
+    spare: &'s mut [[f64; 3]; MOST_CORNERS],
     count: usize,
     /// Whether a corner had no room.
     is_full: bool,
 }
 
-impl Polygon {
-    fn of([p, q, r]: [DVec3; 3]) -> Polygon {
-        let mut polygon = Polygon { corners: [p; 12], count: 3, is_full: false };
-        (polygon.corners[1], polygon.corners[2]) = (q, r);
-        polygon
+impl<'s> Polygon<'s> {
+    #[inline(always)]
+    fn of(corners: [DVec3; 3], [room, spare]: &'s mut Polygons) -> Polygon<'s> {
+        room[..3].copy_from_slice(&corners.map(|corner| corner.to_array()));
+        Polygon { corners: room, spare, count: 3, is_full: false }
     }
 
     /// Cuts off what lies beyond a plane (Sutherland, Hodgman, "Reentrant Polygon Clipping", CACM 1974): `sign` times the
     /// coordinate is at most `limit`.
+    #[inline(always)]
     fn cut(&mut self, axis: usize, sign: f64, limit: f64) {
-        let (corners, count) = (self.corners, std::mem::take(&mut self.count));
-        let beyond = |corner: &DVec3| sign * corner[axis] > limit;
-        for at in 0..count {
-            let (start, end) = (corners[at], corners[if at + 1 < count { at + 1 } else { 0 }]);
-            if !beyond(&start) {
-                self.add(start);
-            }
-            if beyond(&start) != beyond(&end) {
+        let beyond = |corner: &[f64; 3]| sign * corner[axis] > limit;
+        let corners = &self.corners[..self.count];
+        if !corners.iter().any(beyond) {
+            return;
+        }
+        let mut count = 0;
+        let mut add = |corner: [f64; 3]| {
+            match self.spare.get_mut(count) {
+                Some(place) => (*place, count) = (corner, count + 1),
+                None => self.is_full = true,
+            };
+        };
+        let Some(mut start) = corners.last() else { return };
+        let mut starts_beyond = beyond(start);
+        for end in corners {
+            let ends_beyond = beyond(end);
+            if starts_beyond != ends_beyond {
                 let share = (sign * limit - start[axis]) / (end[axis] - start[axis]);
-                self.add(start + (end - start) * share);
+                add([0, 1, 2].map(|axis| start[axis] + (end[axis] - start[axis]) * share));
             }
+            if !ends_beyond {
+                add(*end);
+            }
+            (start, starts_beyond) = (end, ends_beyond);
         }
-    }
-
-    fn add(&mut self, corner: DVec3) {
-        match self.corners.get_mut(self.count) {
-            Some(place) => (*place, self.count) = (corner, self.count + 1),
-            None => self.is_full = true,
-        }
+        self.count = count;
+        std::mem::swap(&mut self.corners, &mut self.spare);
     }
 
     /// The smallest and the largest coordinates.
+    #[inline(always)]
     fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let corners = self.corners[..self.count].iter().map(|&corner| (corner, corner));
-        corners.reduce(|(min, max), (corner, _)| (min.min(corner), max.max(corner)))
+        let corners = self.corners[..self.count].iter().map(|&corner| (corner.into(), corner.into()));
+        corners.reduce(|(min, max): (DVec3, DVec3), (corner, _)| (min.min(corner), max.max(corner)))
     }
 }
 
@@ -339,6 +400,38 @@ mod tests {
                 for point in points.iter().filter(inside) {
                     assert!(point.cmpge(low).all() && point.cmple(high).all(), "{point} in {cell:?} of {size}");
                 }
+            }
+        }
+    }
+
+    /// Triangles about as large as the container, down to a 4,096th of it.
+    fn soup(count: u64) -> Object {
+        let share = |number: u64| (number.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64 / (1u64 << 24) as f64;
+        let corner = |at: u64| {
+            let (first, size) = (9 * (at / 3), 0.25f64.powi((at / 3 % 7) as i32));
+            [0, 1, 2].map(|axis| share(first + axis) + size * share(1_000_000 + 3 * at + axis))
+        };
+        let polygons = (0..count as u32).map(|polygon| [3 * polygon, 3 * polygon + 1, 3 * polygon + 2]);
+        let mesh = PolygonMesh::from_polygons((0..3 * count).map(corner).collect(), polygons);
+        Object::build(mesh, Some(12), &()).expect("a good mesh")
+    }
+
+    #[test]
+    fn a_triangle_is_listed_where_cutting_it_off_leaves_something_and_nowhere_else() {
+        let object = soup(60);
+        let matrix = object.matrix();
+        let (grid, occupied) = (Grid::new(matrix.lattice()), matrix.occupied_at(12));
+        let mut polygons = Scratch::new().polygons;
+        for place in (0..1 << 12).map(|number| grid.place(number)) {
+            let number = occupied.iter().position(|occupied| *occupied == place);
+            let listed = number.map_or(&[][..], |number| matrix.triangles(matrix.depth(), number as u32));
+            for (number, triangle) in object.triangles().iter().enumerate() {
+                let corners = triangle.map(|vertex| DVec3::from(object.vertices()[vertex as usize]));
+                let seen = Seen::new(&grid, DVec3::from(place.map(f64::from)), corners);
+                let mut leaves_some = |margin| seen.cut_off(DVec3::splat(margin), &mut polygons) != CellBox::EMPTY;
+                let is_listed = listed.contains(&(number as u32));
+                assert!(is_listed || !leaves_some(0.0), "triangle {number} is missing in {place:?}");
+                assert!(!is_listed || leaves_some(1e-9), "triangle {number} is not in {place:?}");
             }
         }
     }

@@ -69,7 +69,7 @@ impl<'g> Occupancy<'g> {
             if block.count() > limit as u64 {
                 return Err(TooMany);
             }
-            self.search(block, &outline);
+            self.search(block, outline);
             return Ok(());
         }
         let grid = self.grid;
@@ -88,14 +88,14 @@ impl<'g> Occupancy<'g> {
     }
 
     /// Compares every voxel of a block.
-    #[inline]
-    fn search(&mut self, block: &Block, outline: &Outline) {
-        let side = DVec3::ONE;
+    #[inline(always)]
+    fn search(&mut self, block: &Block, outline: Outline) {
+        let outline = outline.widened(DVec3::splat(0.5));
         for z in block.first[2]..=block.last[2] {
             for y in block.first[1]..=block.last[1] {
                 let in_row = self.grid.number_along(2, z) | self.grid.number_along(1, y);
                 for x in block.first[0]..=block.last[0] {
-                    if !outline.misses(block.offset([x, y, z]), side) {
+                    if !outline.misses_point(block.offset([x, y, z]) + 0.5) {
                         self.numbers.push(in_row | self.grid.number_along(0, x));
                     }
                 }
@@ -166,8 +166,6 @@ impl Block {
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     direction: DVec3,
-    /// The components' magnitudes.
-    size: DVec3,
     /// The triangle's extent, widened by every rounding that the comparison with a box can suffer.
     min: f64,
     max: f64,
@@ -192,37 +190,42 @@ impl Outline {
         let slack = margin + (sides.max_element() + margin.max_element() + 1.0) * (16.0 * f64::EPSILON);
         let [a, b, c] = corners;
         let edges = [b - a, c - b, a - c];
-        let nothing = Axis { direction: DVec3::ZERO, size: DVec3::ZERO, min: 0.0, max: 0.0 };
+        let nothing = Axis { direction: DVec3::ZERO, min: 0.0, max: 0.0 };
         let mut outline = Outline { axes: [nothing; 10], count: 0 };
-        let wide: [bool; 3] = array::from_fn(|axis| block.is_wide(axis));
-        match wide {
+        match array::from_fn(|axis| block.is_wide(axis)) {
             [true, true, true] => {
-                outline.add(edges[0].cross(edges[1]), &corners, slack);
-                edges.iter().for_each(|edge| outline.add(DVec3::new(0.0, -edge.z, edge.y), &corners, slack));
-                edges.iter().for_each(|edge| outline.add(DVec3::new(edge.z, 0.0, -edge.x), &corners, slack));
-                edges.iter().for_each(|edge| outline.add(DVec3::new(-edge.y, edge.x, 0.0), &corners, slack));
+                let normal = edges[0].cross(edges[1]);
+                outline.add(normal, corners.map(|corner| normal.dot(corner)), slack);
+                outline.add_edges::<1, 2>(&edges, &corners, slack);
+                outline.add_edges::<2, 0>(&edges, &corners, slack);
+                outline.add_edges::<0, 1>(&edges, &corners, slack);
             }
-            [false, true, true] => {
-                edges.iter().for_each(|edge| outline.add(DVec3::new(0.0, -edge.z, edge.y), &corners, slack))
-            }
-            [true, false, true] => {
-                edges.iter().for_each(|edge| outline.add(DVec3::new(edge.z, 0.0, -edge.x), &corners, slack))
-            }
-            [true, true, false] => {
-                edges.iter().for_each(|edge| outline.add(DVec3::new(-edge.y, edge.x, 0.0), &corners, slack))
-            }
+            [false, true, true] => outline.add_edges::<1, 2>(&edges, &corners, slack),
+            [true, false, true] => outline.add_edges::<2, 0>(&edges, &corners, slack),
+            [true, true, false] => outline.add_edges::<0, 1>(&edges, &corners, slack),
             // Connected, and between the planes of the row: it is in each voxel that it reaches.
             _ => {}
         }
         outline
     }
 
+    /// The axes at right angles to an edge and to the axis that is neither `U` nor `V`.
     #[inline(always)]
-    fn add(&mut self, direction: DVec3, corners: &[DVec3; 3], slack: DVec3) {
-        let at = corners.map(|corner| direction.dot(corner));
-        let (size, slack) = (direction.abs(), direction.abs().dot(slack));
-        let (min, max) = (at[0].min(at[1]).min(at[2]) - slack, at[0].max(at[1]).max(at[2]) + slack);
-        self.axes[self.count] = Axis { direction, size, min, max };
+    fn add_edges<const U: usize, const V: usize>(&mut self, edges: &[DVec3; 3], corners: &[DVec3; 3], slack: DVec3) {
+        for edge in edges {
+            let (u, v) = (-edge[V], edge[U]);
+            let mut direction = DVec3::ZERO;
+            (direction[U], direction[V]) = (u, v);
+            self.add(direction, corners.map(|corner| u * corner[U] + v * corner[V]), slack);
+        }
+    }
+
+    /// `at` is where the corners are along the direction.
+    #[inline(always)]
+    fn add(&mut self, direction: DVec3, at: [f64; 3], slack: DVec3) {
+        let slack = direction.abs().dot(slack);
+        let (min, max) = (smaller(smaller(at[0], at[1]), at[2]), larger(larger(at[0], at[1]), at[2]));
+        self.axes[self.count] = Axis { direction, min: min - slack, max: max + slack };
         self.count += 1;
     }
 
@@ -231,15 +234,43 @@ impl Outline {
     }
 
     /// Whether no point of the triangle lies in a box, proven by one of the axes. The caller compares the boxes.
-    #[inline(always)]
     fn misses(&self, low: DVec3, side: DVec3) -> bool {
         let half = 0.5 * side;
         let centre = low + half;
         self.axes().iter().any(|axis| {
-            let (at, radius) = (axis.direction.dot(centre), axis.size.dot(half));
+            let (at, radius) = (axis.direction.dot(centre), axis.direction.abs().dot(half));
             at - radius > axis.max || at + radius < axis.min
         })
     }
+
+    /// The extents with half the sides of a box added: what the middle of that box is compared with.
+    #[inline(always)]
+    fn widened(mut self, half: DVec3) -> Outline {
+        for axis in &mut self.axes[..self.count] {
+            let radius = axis.direction.abs().dot(half);
+            (axis.min, axis.max) = (axis.min - radius, axis.max + radius);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn misses_point(&self, point: DVec3) -> bool {
+        self.axes().iter().any(|axis| {
+            let at = axis.direction.dot(point);
+            at > axis.max || at < axis.min
+        })
+    }
+}
+
+/// Unlike `f64::min` it need not look for NaN.
+#[inline(always)]
+fn smaller(one: f64, other: f64) -> f64 {
+    if one < other { one } else { other }
+}
+
+#[inline(always)]
+fn larger(one: f64, other: f64) -> f64 {
+    if one > other { one } else { other }
 }
 
 /// The smallest and the largest coordinates.

@@ -9,15 +9,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::container::HALVINGS_PER_LEVEL;
+use crate::container::{HALVINGS_PER_LEVEL, MAX_ORDER};
 use crate::grid::Grid;
 use crate::object::MAX_ELEMENTS;
 use crate::polygon_box::{Occupancy, TooMany};
 use crate::voxel_matrix::{BuildProgress, MAX_ENTRIES};
 
+/// The most levels of a matrix.
+const MAX_LEVELS: usize = MAX_ORDER.div_ceil(HALVINGS_PER_LEVEL) as usize;
+
 /// A triangle in the list of a voxel. Entries ascend by voxel, then by triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Entry(u64);
+struct Entry(u64);
 
 const TRIANGLE_SHIFT: u32 = 3;
 const VOXEL_SHIFT: u32 = 34;
@@ -30,18 +33,18 @@ impl Entry {
 
     /// Number of the voxel among all of the full order.
     #[inline(always)]
-    pub fn voxel(self) -> u32 {
+    fn voxel(self) -> u32 {
         (self.0 >> VOXEL_SHIFT) as u32
     }
 
     #[inline(always)]
-    pub fn triangle(self) -> u32 {
+    fn triangle(self) -> u32 {
         (self.0 >> TRIANGLE_SHIFT) as u32 & ((1 << (VOXEL_SHIFT - TRIANGLE_SHIFT)) - 1)
     }
 
     /// The first level at which the triangle is in no earlier voxel that lies in the same node.
     #[inline(always)]
-    pub fn newest_level(self) -> usize {
+    fn newest_level(self) -> usize {
         (self.0 & ((1 << TRIANGLE_SHIFT) - 1)) as usize
     }
 }
@@ -68,13 +71,46 @@ struct Chunk {
     starts: Vec<u32>,
 }
 
-/// All entries: part after part, each sorted.
-pub(crate) fn sorted_entries(
+/// The lists of the voxels in one part of the container, one after the other.
+pub(crate) struct Part {
+    pub voxels: Vec<ListedVoxel>,
+    /// Triangle numbers, ascending in each list.
+    pub entries: Vec<u32>,
+}
+
+/// An occupied voxel of the full order.
+pub(crate) struct ListedVoxel {
+    /// Among all voxels of the full order.
+    pub number: u32,
+    /// How long its list is.
+    pub entries: u32,
+    /// Per level: how many of its triangles are in no earlier voxel of the same node.
+    pub new_in_node: [u32; MAX_LEVELS],
+}
+
+impl Part {
+    fn of(sorted: &[Entry]) -> Part {
+        let entries = sorted.iter().map(|entry| entry.triangle()).collect();
+        let voxel = |list: &[Entry]| {
+            let mut new_in_node = [0; MAX_LEVELS];
+            list.iter()
+                .filter(|entry| entry.newest_level() < MAX_LEVELS)
+                .for_each(|e| new_in_node[e.newest_level()] += 1);
+            // What is new in a node is so in the nodes within it.
+            (1..MAX_LEVELS).for_each(|level| new_in_node[level] += new_in_node[level - 1]);
+            ListedVoxel { number: list[0].voxel(), entries: list.len() as u32, new_in_node }
+        };
+        Part { voxels: sorted.chunk_by(|one, next| one.voxel() == next.voxel()).map(voxel).collect(), entries }
+    }
+}
+
+/// The lists of all voxels, part after part.
+pub(crate) fn voxel_lists(
     grid: &Grid<'_>,
     triangle_count: usize,
     corners_of: &(impl Fn(u32) -> [DVec3; 3] + Sync),
     [finding, sorting]: [BuildProgress<'_>; 2],
-) -> Result<Vec<Vec<Entry>>, TooMany> {
+) -> Result<Vec<Part>, TooMany> {
     let order = grid.lattice.order();
     let part_bits = triangle_count.ilog2().saturating_sub(PART_BITS).min(MOST_PARTS_BITS).min(order);
     let rest_bits = order - part_bits;
@@ -94,7 +130,7 @@ pub(crate) fn sorted_entries(
         let sort = |part: usize| {
             let mut entries = Vec::with_capacity(sizes[part]);
             chunks.iter().for_each(|chunk| entries.extend_from_slice(chunk.part(part)));
-            sort_by_voxel(entries, rest_bits)
+            Part::of(&sort_by_voxel(entries, rest_bits))
         };
         done += sizes[turn.clone()].iter().sum::<usize>();
         sorting.share(&mut || parts.par_extend(turn.clone().into_par_iter().map(sort)));

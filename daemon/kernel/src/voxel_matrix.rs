@@ -7,13 +7,14 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::cell_boxes::{CellBoxes, boxes_of_voxels};
 use crate::container::{Container, HALVINGS_PER_LEVEL, Lattice, MAX_ORDER};
 use crate::grid::Grid;
 use crate::object::{ObjectError, Progress};
 use crate::polygon_box::{TooMany, bits_of};
-use crate::voxel_lists::{Entry, level_that_parts, sorted_entries};
+use crate::voxel_lists::{ListedVoxel, Part, level_that_parts, voxel_lists};
 
 /// The most list entries of a voxel matrix: 2 GiB of triangle numbers.
 pub const MAX_ENTRIES: usize = 1 << 29;
@@ -75,8 +76,7 @@ impl VoxelMatrix {
         order: u32,
         progress: &dyn Progress,
     ) -> Result<VoxelMatrix, ObjectError> {
-        let corner = |&vertex: &u32| vertices[vertex as usize];
-        let Some(container) = Container::of(triangles.iter().flatten().map(corner)) else {
+        let Some(container) = container_of(vertices, triangles, progress) else {
             return Ok(VoxelMatrix::empty());
         };
         let lattice = Lattice::new(container, order);
@@ -84,7 +84,7 @@ impl VoxelMatrix {
         let corners_of =
             |triangle: u32| triangles[triangle as usize].map(|vertex| DVec3::from(vertices[vertex as usize]));
         let stage = |number| BuildProgress { listener: progress, stage: number };
-        let parts = sorted_entries(&grid, triangles.len(), &corners_of, [stage(0), stage(1)]);
+        let parts = voxel_lists(&grid, triangles.len(), &corners_of, [stage(0), stage(1)]);
         let parts = parts.map_err(|TooMany| ObjectError::MatrixTooLarge {
             order,
             entries: MAX_ENTRIES + 1,
@@ -213,6 +213,22 @@ impl VoxelMatrix {
     }
 }
 
+fn container_of(vertices: &[[f64; 3]], triangles: &[[u32; 3]], workforce: &dyn Progress) -> Option<Container> {
+    /// Triangles that one thread takes at a time, and that are shared out at once.
+    const CHUNK: usize = 1 << 14;
+    const TURN: usize = 1 << 20;
+    let of_chunk =
+        |triangles: &[[u32; 3]]| Container::of(triangles.iter().flatten().map(|&vertex| vertices[vertex as usize]));
+    if triangles.len() <= CHUNK {
+        return of_chunk(triangles);
+    }
+    let mut ends = Vec::new();
+    for turn in triangles.chunks(TURN) {
+        workforce.share(&mut || ends.par_extend(turn.par_chunks(CHUNK).filter_map(of_chunk)));
+    }
+    Container::of(ends.iter().flat_map(|container| [container.min, container.max]))
+}
+
 /// The matrix while it is built: nodes, and the lists of the voxels.
 struct Lists {
     levels: Vec<Vec<Node>>,
@@ -223,47 +239,43 @@ struct Lists {
 }
 
 impl Lists {
-    /// From the entries of all voxels, sorted, in parts.
-    fn of(lattice: &Lattice, parts: Vec<Vec<Entry>>) -> Lists {
-        let entries = Vec::with_capacity(parts.iter().map(Vec::len).sum());
-        let levels = vec![Vec::new(); lattice.levels().len()];
-        let mut lists = Lists { levels, voxels: Vec::new(), starts: Vec::new(), entries };
+    fn of(lattice: &Lattice, parts: Vec<Part>) -> Lists {
+        let voxels: usize = parts.iter().map(|part| part.voxels.len()).sum();
+        let mut lists = Lists {
+            levels: vec![Vec::new(); lattice.levels().len()],
+            voxels: Vec::with_capacity(voxels),
+            starts: Vec::with_capacity(voxels + 1),
+            entries: Vec::with_capacity(parts.iter().map(|part| part.entries.len()).sum()),
+        };
+        let mut end = 0;
         for part in parts {
-            for entry in part {
-                lists.add(lattice, entry);
+            lists.entries.extend_from_slice(&part.entries);
+            for voxel in &part.voxels {
+                lists.starts.push(end);
+                lists.add(lattice, voxel);
+                end += voxel.entries;
             }
         }
-        lists.starts.push(lists.entries.len() as u32);
-        lists.starts.shrink_to_fit();
+        lists.starts.push(end);
         lists.levels.iter_mut().for_each(Vec::shrink_to_fit);
         lists
     }
 
-    #[inline]
-    fn add(&mut self, lattice: &Lattice, entry: Entry) {
-        if self.voxels.last() != Some(&entry.voxel()) {
-            self.begin_voxel(lattice, entry.voxel());
-        }
-        self.entries.push(entry.triangle());
-        for nodes in &mut self.levels[entry.newest_level()..] {
-            nodes.last_mut().expect("a voxel lies in a node of each level").triangles += 1;
-        }
-    }
-
-    fn begin_voxel(&mut self, lattice: &Lattice, voxel: u32) {
-        let order = lattice.order();
-        let first_new = self.voxels.last().map_or(0, |&before| level_that_parts(order, before, voxel));
-        self.starts.push(self.entries.len() as u32);
-        self.voxels.push(voxel);
-        let depth = self.levels.len();
-        for level in first_new.saturating_sub(1)..depth {
+    /// Adds a voxel to the nodes that it lies in, of which some begin with it.
+    fn add(&mut self, lattice: &Lattice, voxel: &ListedVoxel) {
+        let (order, number) = (lattice.order(), voxel.number);
+        let first_new = self.voxels.last().map_or(0, |&before| level_that_parts(order, before, number));
+        self.voxels.push(number);
+        for level in 0..self.levels.len() {
             if level >= first_new {
                 let first_child = self.levels.get(level + 1).map_or(self.voxels.len() - 1, Vec::len) as u32;
                 self.levels[level].push(Node { occupied: 0, first_child, triangles: 0 });
             }
             let halvings = (HALVINGS_PER_LEVEL * (level as u32 + 1)).min(order);
-            let child = voxel >> (order - halvings) & (lattice.levels()[level].place.len() as u32 - 1);
-            self.levels[level].last_mut().expect("it was there, or has just come").occupied |= 1 << child;
+            let child = number >> (order - halvings) & (lattice.levels()[level].place.len() as u32 - 1);
+            let node = self.levels[level].last_mut().expect("it was there, or has just come");
+            node.occupied |= 1 << child;
+            node.triangles += voxel.new_in_node[level];
         }
     }
 }
