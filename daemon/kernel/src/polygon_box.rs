@@ -65,12 +65,13 @@ impl<'g> Occupancy<'g> {
     fn several(&mut self, block: &Block, seen: [DVec3; 3], limit: usize) -> Result<(), TooMany> {
         let origin = DVec3::from(block.first.map(f64::from));
         let outline = Outline::new(seen.map(|corner| corner - origin), block, self.grid.margin);
-        if block.count() <= SMALL_BLOCK || outline.axes().is_empty() {
-            if block.count() > limit as u64 {
-                return Err(TooMany);
-            }
+        let is_row = outline.axes().is_empty();
+        if is_row && block.count() > limit as u64 {
+            return Err(TooMany);
+        }
+        if is_row || block.count() <= SMALL_BLOCK {
             self.search(block, outline);
-            return Ok(());
+            return if self.numbers.len() <= limit { Ok(()) } else { Err(TooMany) };
         }
         let grid = self.grid;
         let container = || Node { level: 0, place: [0; 3], number: 0 };
@@ -292,4 +293,55 @@ pub(crate) fn bits_of(mut mask: u64) -> impl Iterator<Item = u32> {
         mask &= mask.wrapping_sub(1);
         (bit < u64::BITS).then_some(bit)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::container::{Container, Lattice};
+
+    /// A triangle within the container, about `size` of it.
+    fn triangle(container: &Container, size: f64) -> [DVec3; 3] {
+        let (min, side) = (DVec3::from(container.min), DVec3::from(container.max) - DVec3::from(container.min));
+        let corners = [DVec3::new(0.0, 0.1, 0.05), DVec3::new(0.9, 0.7, 0.3), DVec3::new(0.2, 0.8, 0.95)];
+        corners.map(|corner| min + side * (DVec3::new(0.03, 0.01, 0.02) + 0.95 * size * corner))
+    }
+
+    #[test]
+    fn every_point_of_a_triangle_is_in_a_voxel_that_is_found_up_to_the_largest_order() {
+        let containers = [[0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [-3.0, 7.0, 1e3, 1.0, 8.0, 1e3 + 0.3]]
+            .map(|[a, b, c, d, e, f]| Container { min: [a, b, c], max: [d, e, f] });
+        let sizes = [(0, 1.0), (1, 1.0), (5, 0.1), (9, 1.0), (18, 1.0), (18, 0.01), (24, 0.1), (30, 0.05), (30, 0.001)];
+        for (container, (order, size)) in containers.iter().flat_map(|container| sizes.map(|of| (container, of))) {
+            let lattice = Lattice::new(*container, order);
+            let (grid, corners) = (Grid::new(&lattice), triangle(container, size));
+            let mut occupancy = Occupancy::new(&grid);
+            let numbers = occupancy.of(corners, usize::MAX).expect("there is room").to_vec();
+            assert!(numbers.is_sorted_by(|one, next| one < next), "order {order}");
+            let points = (0..=99).flat_map(|i| (0..=99 - i).map(move |j| (f64::from(i) / 99.0, f64::from(j) / 99.0)));
+            for (s, t) in points {
+                let point = corners[0] + (corners[1] - corners[0]) * s + (corners[2] - corners[0]) * t;
+                let seen = grid.seen_from(DVec3::ZERO, point);
+                let number = (0..3).fold(0, |number, axis| {
+                    let [place, _] = grid.places_reached(axis, [point[axis]; 2], [seen[axis]; 2]);
+                    number | grid.number_along(axis, place)
+                });
+                assert!(numbers.binary_search(&number).is_ok(), "order {order}, size {size}: {point}");
+            }
+        }
+    }
+
+    #[test]
+    fn more_voxels_than_there_may_be_are_refused() {
+        let container = Container { min: [0.0; 3], max: [1.0; 3] };
+        for order in [6, 24] {
+            let lattice = Lattice::new(container, order);
+            let grid = Grid::new(&lattice);
+            let mut occupancy = Occupancy::new(&grid);
+            let corners = triangle(&container, 1.0);
+            let count = occupancy.of(corners, usize::MAX).expect("there is room").len();
+            assert!(occupancy.of(corners, count - 1).is_err(), "order {order}");
+            assert!(occupancy.of(corners, count).is_ok(), "order {order}");
+        }
+    }
 }
