@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::cells::Cut;
 use crate::container::Lattice;
-use crate::object::Progress;
-use crate::voxel_matrix::Node;
+use crate::grid::Grid;
+use crate::voxel_matrix::{BuildProgress, Node};
 
 /// The sides of a cell are divided into so many grains.
 pub(crate) const GRAINS: u32 = 256;
@@ -40,14 +40,28 @@ impl CellBox {
             self.max[axis] = self.max[axis].max(other.max[axis]);
         }
     }
+}
 
-    /// The same box in the grains of the cell that `cut` has made this part of.
-    fn in_parent(&self, cut: &Cut, part: usize) -> CellBox {
-        let (place, bits) = cut.place(part);
-        let grain = |axis: usize, grain: u8| ((place[axis] * GRAINS + u32::from(grain)) >> bits[axis]) as u8;
+/// Where the parts of a cut are in the cell, and how many halvings they are smaller.
+struct Parts {
+    places: [[u32; 3]; 8],
+    bits: [u32; 3],
+}
+
+impl Parts {
+    fn of(cut: &Cut) -> Parts {
+        let bits = [0, 1, 2].map(|axis| cut.bits_after()[axis] - cut.bits[axis]);
+        Parts { places: std::array::from_fn(|part| cut.place(part).0), bits }
+    }
+
+    /// A box in this part, in the grains of the whole cell.
+    #[inline(always)]
+    fn in_whole(&self, part: usize, within: &CellBox) -> CellBox {
+        let place = self.places[part];
+        let grain = |axis: usize, grain: u8| ((place[axis] * GRAINS + u32::from(grain)) >> self.bits[axis]) as u8;
         CellBox {
-            min: [0, 1, 2].map(|axis| grain(axis, self.min[axis])),
-            max: [0, 1, 2].map(|axis| grain(axis, self.max[axis])),
+            min: [0, 1, 2].map(|axis| grain(axis, within.min[axis])),
+            max: [0, 1, 2].map(|axis| grain(axis, within.max[axis])),
         }
     }
 }
@@ -69,6 +83,7 @@ impl CellBoxes {
         let mut boxes = CellBoxes::default();
         let mut children = voxels;
         for (nodes, cuts) in levels.iter().zip(lattice.cuts().chunks(2)).rev() {
+            let [of_node, of_octant] = [0, 1].map(|cut| Parts::of(&cuts[cut]));
             let mut first_octants = Vec::with_capacity(nodes.len());
             let (mut octants, mut parents) = (Vec::new(), Vec::with_capacity(nodes.len()));
             let mut next = children.iter();
@@ -78,11 +93,11 @@ impl CellBoxes {
                 for octant in parts_of(node.octants()) {
                     let mut all = CellBox::EMPTY;
                     for part in parts_of(node.octant(octant as u8)) {
-                        let child = next.next().map_or(CellBox::WHOLE, |child| child.in_parent(&cuts[1], part));
+                        let child = next.next().map_or(CellBox::WHOLE, |child| of_octant.in_whole(part, child));
                         all.join(&child);
                     }
                     octants.push(all);
-                    parent.join(&all.in_parent(&cuts[0], octant));
+                    parent.join(&of_node.in_whole(octant, &all));
                 }
                 parents.push(parent);
             }
@@ -133,19 +148,19 @@ const CHUNK: usize = 1 << 8;
 /// Voxels that are shared out at once, a few milliseconds of work.
 const TURN: usize = 1 << 14;
 
-/// The boxes of the voxels of the full order: `places` says where they are, `triangles` what they list.
+/// The boxes of the voxels of the full order: `voxels` are their numbers, `triangles` says what they list.
 pub(crate) fn boxes_of_voxels<'l>(
-    lattice: &Lattice,
-    places: &[[u32; 3]],
+    grid: &Grid<'_>,
+    voxels: &[u32],
     triangles: &(impl Fn(usize) -> &'l [u32] + Sync),
     corners_of: &(impl Fn(u32) -> [DVec3; 3] + Sync),
-    progress: &dyn Progress,
+    progress: &BuildProgress<'_>,
 ) -> Vec<CellBox> {
-    let grid = Grid::new(lattice);
-    let mut boxes = vec![CellBox::WHOLE; places.len()];
+    let mut boxes = vec![CellBox::WHOLE; voxels.len()];
     let fill = |boxes: &mut [CellBox], first: usize| {
+        let mut scratch = Scratch::new();
         for (voxel, bounds) in (first..).zip(boxes) {
-            *bounds = grid.bounds(places[voxel], triangles(voxel).iter().map(|&triangle| corners_of(triangle)));
+            *bounds = bounds_in_voxel(grid, grid.place(voxels[voxel]), triangles(voxel), corners_of, &mut scratch);
         }
     };
     for (turn, boxes) in boxes.chunks_mut(TURN).enumerate() {
@@ -154,138 +169,171 @@ pub(crate) fn boxes_of_voxels<'l>(
             chunks.for_each(|(chunk, boxes)| fill(boxes, turn * TURN + chunk * CHUNK));
         };
         progress.share(&mut || chunks(boxes));
+        progress.advanced(turn * TURN + boxes.len(), voxels.len());
     }
     boxes
 }
 
-/// The grains of all voxels of the full order.
-struct Grid {
-    middle: DVec3,
-    /// Grains per unit of length; 0 along an axis without extent.
-    per_length: DVec3,
-    /// Halvings of each axis.
-    bits: [u32; 3],
-    /// What rounding may move a point by, in grains.
-    margin: DVec3,
+/// The box of what some triangles have in a voxel.
+///
+/// # Why nothing is lost
+/// Every point that a polygon has within the planes of a voxel is in the box that is found, or within the six roundings of
+/// the largest coordinate that [`submatrix`](crate::submatrix) grants the planes. Roundings, each of 2^-53, of 2h, where h
+/// is half the number of voxels of the container: a corner passes 5 (see [`Grid::new`]).
+/// A corner that a cut makes is within 3 of the point at the computed share of its edge, whatever share that is, and that
+/// point is within 4 of the plane; the planes are moved out by the grid's margin, so what is cut off lies beyond the true plane.
+/// Six cuts one after the other: 5 + 6·7 = 47, that is 94 of h. The planes themselves: 6 of the largest coordinate. The
+/// margin is 128 of both, and is added to the box again.
+fn bounds_in_voxel(
+    grid: &Grid<'_>,
+    place: [u32; 3],
+    triangles: &[u32],
+    corners_of: &impl Fn(u32) -> [DVec3; 3],
+    scratch: &mut Scratch,
+) -> CellBox {
+    let low = DVec3::from(place.map(f64::from));
+    let mut all = CellBox::EMPTY;
+    for triangles in triangles.chunks(FETCHED) {
+        scratch.seen.clear();
+        // First all that has to be fetched from memory, so that one triangle need not wait for another.
+        scratch.seen.extend(triangles.iter().map(|&triangle| Seen::new(grid, low, corners_of(triangle))));
+        for triangle in &scratch.seen {
+            if !all.holds(&triangle.uncut) {
+                all.join(&triangle.cut_off(grid.margin, &mut scratch.polygons));
+            }
+        }
+        if all == CellBox::WHOLE {
+            return all;
+        }
+    }
+    if all.is_empty() { CellBox::WHOLE } else { all }
 }
 
-impl Grid {
-    /// # Why nothing is lost
-    /// Every point that a polygon has within the planes of a voxel is in the box that is found, or within the six roundings of
-    /// the largest coordinate that [`submatrix`](crate::submatrix) grants the planes. Roundings, each of 2^-53, of 2g, where g
-    /// is half the number of grains of the container: a corner passes 4 (grains per length, their product, the voxel's place).
-    /// A corner that a cut makes is within 3 of the point at the computed share of its edge, whatever share that is, and that
-    /// point is within 4 of the plane; the planes are moved out by `margin`, so what is cut off lies beyond the true plane.
-    /// Six cuts one after the other: 4 + 6·7 = 46, that is 92 of g. The planes themselves: 6 of the largest coordinate. The
-    /// margin is 128 of both, and is added to the box again. Halving subnormal coordinates loses four times 2^-1075.
-    fn new(lattice: &Lattice) -> Grid {
-        const ROUNDING: f64 = 128.0 * (f64::EPSILON / 2.0);
-        /// 2^-1070.
-        const HALVING: f64 = f64::from_bits(1 << 4);
-        let bits = lattice.bits_at(lattice.levels().len());
-        let (half, reach) = (lattice.half_sides(), lattice.container().reach());
-        let grains = [0, 1, 2].map(|axis| f64::from(GRAINS / 2) * f64::from(1u32 << bits[axis]));
-        let per_length = [0, 1, 2].map(|axis| {
-            let per_length = grains[axis] / half[axis];
-            if per_length.is_finite() { per_length } else { 0.0 }
-        });
-        // Without extent, or hardly any: every point counts as in the middle of its voxel, give or take the whole side.
-        let margin = [0, 1, 2].map(|axis| match per_length[axis] {
-            0.0 => f64::from(GRAINS),
-            per_length => grains[axis] * ROUNDING + (reach[axis] * ROUNDING + HALVING) * per_length,
-        });
-        Grid { middle: lattice.middle(), per_length: per_length.into(), bits, margin: margin.into() }
+/// Triangles that are fetched together.
+const FETCHED: usize = 16;
+
+/// What is kept from voxel to voxel, so that room for it is made once.
+struct Scratch {
+    seen: Vec<Seen>,
+    polygons: Polygons,
+}
+
+impl Scratch {
+    fn new() -> Scratch {
+        Scratch { seen: Vec::with_capacity(FETCHED), polygons: [[[0.0; 3]; MOST_CORNERS]; 2] }
+    }
+}
+
+/// A triangle, measured in voxels from the low corner of one.
+struct Seen {
+    corners: [DVec3; 3],
+    min: DVec3,
+    max: DVec3,
+    /// The box of all of it.
+    uncut: CellBox,
+}
+
+impl Seen {
+    #[inline(always)]
+    fn new(grid: &Grid<'_>, low: DVec3, corners: [DVec3; 3]) -> Seen {
+        let corners = corners.map(|corner| grid.seen_from(low, corner));
+        let [p, q, r] = corners;
+        let (min, max) = (p.min(q).min(r), p.max(q).max(r));
+        Seen { corners, min, max, uncut: grains(min - grid.margin, max + grid.margin) }
     }
 
-    /// The box of what some triangles have in a voxel.
-    fn bounds(&self, place: [u32; 3], triangles: impl Iterator<Item = [DVec3; 3]>) -> CellBox {
-        let first = DVec3::from([0, 1, 2].map(|axis| {
-            if self.per_length[axis] == 0.0 {
-                return -f64::from(GRAINS / 2);
-            }
-            let from_middle = 2 * i64::from(place[axis]) - (1i64 << self.bits[axis]);
-            (from_middle * i64::from(GRAINS / 2)) as f64
-        }));
-        let mut all = CellBox::EMPTY;
-        for corners in triangles {
-            let [p, q, r] = corners.map(|corner| (corner - self.middle) * self.per_length - first);
-            let uncut = self.grains(p.min(q).min(r), p.max(q).max(r));
-            if !all.holds(&uncut) {
-                all.join(&self.cut_off([p, q, r], &uncut));
-            }
+    /// The box of what it has in the voxel.
+    #[inline(always)]
+    fn cut_off(&self, margin: DVec3, polygons: &mut Polygons) -> CellBox {
+        let end = DVec3::ONE + margin;
+        let (below, above) = (self.min.cmplt(-margin), self.max.cmpgt(end));
+        if !(below | above).any() {
+            return self.uncut;
         }
-        if all.is_empty() { CellBox::WHOLE } else { all }
-    }
-
-    /// The box of what a triangle has in a voxel; `uncut` is its own.
-    fn cut_off(&self, corners: [DVec3; 3], uncut: &CellBox) -> CellBox {
-        let mut polygon = Polygon::of(corners);
-        let end = DVec3::splat(f64::from(GRAINS)) + self.margin;
+        let mut polygon = Polygon::of(self.corners, polygons);
         for axis in 0..3 {
-            polygon.cut(axis, 1.0, end[axis]);
-            polygon.cut(axis, -1.0, self.margin[axis]);
+            if above.test(axis) {
+                polygon.cut(axis, 1.0, end[axis]);
+            }
+            if below.test(axis) {
+                polygon.cut(axis, -1.0, margin[axis]);
+            }
         }
         match polygon.bounds() {
-            _ if polygon.is_full => *uncut,
-            Some((min, max)) => self.grains(min, max),
+            _ if polygon.is_full => self.uncut,
+            Some((min, max)) => grains(min - margin, max + margin),
             None => CellBox::EMPTY,
         }
     }
-
-    /// The grains between two corners. Casts round towards 0, and go to the nearest end where the number is out of range.
-    fn grains(&self, min: DVec3, max: DVec3) -> CellBox {
-        let grains = |at: DVec3| at.to_array().map(|at| at as u8);
-        CellBox { min: grains(min - self.margin), max: grains(max + self.margin) }
-    }
 }
 
+/// The grains between two corners. Casts round towards 0, and go to the nearest end where the number is out of range.
+#[inline(always)]
+fn grains(min: DVec3, max: DVec3) -> CellBox {
+    let grains = |at: DVec3| (at * f64::from(GRAINS)).to_array().map(|at| at as u8);
+    CellBox { min: grains(min), max: grains(max) }
+}
+
+/// A convex polygon gains at most one corner by a cut, so nine are enough; rounding may leave it a little less than convex.
+const MOST_CORNERS: usize = 12;
+
+/// Room for a polygon and for what a cut leaves of it.
+type Polygons = [[[f64; 3]; MOST_CORNERS]; 2];
+
 /// A triangle of which parts have been cut off.
-struct Polygon {
-    /// A convex polygon gains at most one corner by a cut, so nine are enough; rounding may leave it a little less than convex.
-    corners: [DVec3; 12],
+struct Polygon<'s> {
+    corners: &'s mut [[f64; 3]; MOST_CORNERS],
+    spare: &'s mut [[f64; 3]; MOST_CORNERS],
     count: usize,
     /// Whether a corner had no room.
     is_full: bool,
 }
 
-impl Polygon {
-    fn of([p, q, r]: [DVec3; 3]) -> Polygon {
-        let mut polygon = Polygon { corners: [p; 12], count: 3, is_full: false };
-        (polygon.corners[1], polygon.corners[2]) = (q, r);
-        polygon
+impl<'s> Polygon<'s> {
+    #[inline(always)]
+    fn of(corners: [DVec3; 3], [room, spare]: &'s mut Polygons) -> Polygon<'s> {
+        room[..3].copy_from_slice(&corners.map(|corner| corner.to_array()));
+        Polygon { corners: room, spare, count: 3, is_full: false }
     }
 
     /// Cuts off what lies beyond a plane (Sutherland, Hodgman, "Reentrant Polygon Clipping", CACM 1974): `sign` times the
     /// coordinate is at most `limit`.
+    #[inline(always)]
     fn cut(&mut self, axis: usize, sign: f64, limit: f64) {
-        let beyond = |corner: &DVec3| sign * corner[axis] > limit;
-        if !self.corners[..self.count].iter().any(beyond) {
+        let beyond = |corner: &[f64; 3]| sign * corner[axis] > limit;
+        let corners = &self.corners[..self.count];
+        if !corners.iter().any(beyond) {
             return;
         }
-        let (corners, count) = (self.corners, std::mem::take(&mut self.count));
-        for at in 0..count {
-            let (start, end) = (corners[at], corners[if at + 1 < count { at + 1 } else { 0 }]);
-            if !beyond(&start) {
-                self.add(start);
-            }
-            if beyond(&start) != beyond(&end) {
+        let mut count = 0;
+        let mut add = |corner: [f64; 3]| {
+            match self.spare.get_mut(count) {
+                Some(place) => (*place, count) = (corner, count + 1),
+                None => self.is_full = true,
+            };
+        };
+        let Some(mut start) = corners.last() else { return };
+        let mut starts_beyond = beyond(start);
+        for end in corners {
+            let ends_beyond = beyond(end);
+            if starts_beyond != ends_beyond {
                 let share = (sign * limit - start[axis]) / (end[axis] - start[axis]);
-                self.add(start + (end - start) * share);
+                add([0, 1, 2].map(|axis| start[axis] + (end[axis] - start[axis]) * share));
             }
+            if !ends_beyond {
+                add(*end);
+            }
+            (start, starts_beyond) = (end, ends_beyond);
         }
-    }
-
-    fn add(&mut self, corner: DVec3) {
-        match self.corners.get_mut(self.count) {
-            Some(place) => (*place, self.count) = (corner, self.count + 1),
-            None => self.is_full = true,
-        }
+        self.count = count;
+        std::mem::swap(&mut self.corners, &mut self.spare);
     }
 
     /// The smallest and the largest coordinates.
+    #[inline(always)]
     fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let corners = self.corners[..self.count].iter().map(|&corner| (corner, corner));
-        corners.reduce(|(min, max), (corner, _)| (min.min(corner), max.max(corner)))
+        let corners = self.corners[..self.count].iter().map(|&corner| (corner.into(), corner.into()));
+        corners.reduce(|(min, max): (DVec3, DVec3), (corner, _)| (min.min(corner), max.max(corner)))
     }
 }
 
@@ -352,6 +400,38 @@ mod tests {
                 for point in points.iter().filter(inside) {
                     assert!(point.cmpge(low).all() && point.cmple(high).all(), "{point} in {cell:?} of {size}");
                 }
+            }
+        }
+    }
+
+    /// Triangles about as large as the container, down to a 4,096th of it.
+    fn soup(count: u64) -> Object {
+        let share = |number: u64| (number.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40) as f64 / (1u64 << 24) as f64;
+        let corner = |at: u64| {
+            let (first, size) = (9 * (at / 3), 0.25f64.powi((at / 3 % 7) as i32));
+            [0, 1, 2].map(|axis| share(first + axis) + size * share(1_000_000 + 3 * at + axis))
+        };
+        let polygons = (0..count as u32).map(|polygon| [3 * polygon, 3 * polygon + 1, 3 * polygon + 2]);
+        let mesh = PolygonMesh::from_polygons((0..3 * count).map(corner).collect(), polygons);
+        Object::build(mesh, Some(12), &()).expect("a good mesh")
+    }
+
+    #[test]
+    fn a_triangle_is_listed_where_cutting_it_off_leaves_something_and_nowhere_else() {
+        let object = soup(60);
+        let matrix = object.matrix();
+        let (grid, occupied) = (Grid::new(matrix.lattice()), matrix.occupied_at(12));
+        let mut polygons = Scratch::new().polygons;
+        for place in (0..1 << 12).map(|number| grid.place(number)) {
+            let number = occupied.iter().position(|occupied| *occupied == place);
+            let listed = number.map_or(&[][..], |number| matrix.triangles(matrix.depth(), number as u32));
+            for (number, triangle) in object.triangles().iter().enumerate() {
+                let corners = triangle.map(|vertex| DVec3::from(object.vertices()[vertex as usize]));
+                let seen = Seen::new(&grid, DVec3::from(place.map(f64::from)), corners);
+                let mut leaves_some = |margin| seen.cut_off(DVec3::splat(margin), &mut polygons) != CellBox::EMPTY;
+                let is_listed = listed.contains(&(number as u32));
+                assert!(is_listed || !leaves_some(0.0), "triangle {number} is missing in {place:?}");
+                assert!(!is_listed || leaves_some(1e-9), "triangle {number} is not in {place:?}");
             }
         }
     }

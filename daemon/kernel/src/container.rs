@@ -24,16 +24,10 @@ pub struct Container {
 impl Container {
     /// The smallest container of some positions; `None` when there are none.
     pub fn of(positions: impl IntoIterator<Item = [f64; 3]>) -> Option<Container> {
-        let mut positions = positions.into_iter();
+        let mut positions = positions.into_iter().map(DVec3::from);
         let first = positions.next()?;
-        let mut container = Container { min: first, max: first };
-        for position in positions {
-            for axis in 0..3 {
-                container.min[axis] = container.min[axis].min(position[axis]);
-                container.max[axis] = container.max[axis].max(position[axis]);
-            }
-        }
-        Some(container)
+        let (min, max) = positions.fold((first, first), |(min, max), point| (min.min(point), max.max(point)));
+        Some(Container { min: min.into(), max: max.into() })
     }
 
     /// The largest magnitude of each coordinate.

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | [`mesh`], `triangulation`, [`topology`], [`object`] | polygons, cut into triangles; what they are as a surface |
 //! | [`container`] | the object's box and its halving |
-//! | `polygon_box`, [`voxel_matrix`], `cells`, `cell_boxes` | which polygons occupy which voxel |
+//! | `grid`, `polygon_box`, `voxel_lists`, [`voxel_matrix`], `cells`, `cell_boxes` | which polygons occupy which voxel |
 //! | `voxel_slabs` | how thin the surface is in a voxel |
 //!
 //! | each step | |
@@ -37,7 +37,9 @@ mod triangulation;
 pub mod topology;
 pub mod object;
 pub mod container;
+mod grid;
 mod polygon_box;
+mod voxel_lists;
 pub mod voxel_matrix;
 mod cells;
 mod cell_boxes;

@@ -246,6 +246,12 @@ fn check_polygons(mesh: &PolygonMesh) -> Result<(), ObjectError> {
         return Err(ObjectError::CornerCount { expected, found: mesh.corners.len() });
     }
     let vertex_count = mesh.vertices.len();
+    // What is to be blamed is looked for only where there is something.
+    let fewest = mesh.corner_counts.iter().copied().min().unwrap_or(3);
+    let largest = mesh.corners.iter().copied().max();
+    if fewest >= 3 && largest.is_none_or(|index| (index as usize) < vertex_count) {
+        return Ok(());
+    }
     for (polygon, corners) in mesh.polygons().enumerate() {
         if corners.len() < 3 {
             return Err(ObjectError::TooFewCorners { polygon, corners: corners.len() as u32 });
@@ -259,14 +265,15 @@ fn check_polygons(mesh: &PolygonMesh) -> Result<(), ObjectError> {
 
 /// Triangles in the order of their polygons, and the polygon of each (empty when the numbers are the same).
 fn cut(mesh: &PolygonMesh) -> (Vec<[u32; 3]>, Vec<u32>) {
+    if mesh.corners.len() == 3 * mesh.polygon_count() {
+        // No polygon has fewer than three corners, so none has more.
+        return (mesh.corners.as_chunks().0.to_vec(), Vec::new());
+    }
     let mut triangles = Vec::with_capacity(mesh.corners.len() - 2 * mesh.polygon_count());
-    let mut polygon_of = Vec::new();
+    let mut polygon_of = Vec::with_capacity(triangles.capacity());
     for (polygon, corners) in mesh.polygons().enumerate() {
         triangulate(&mesh.vertices, corners, &mut triangles);
         polygon_of.resize(triangles.len(), polygon as u32);
-    }
-    if triangles.len() == mesh.polygon_count() {
-        polygon_of = Vec::new();
     }
     (triangles, polygon_of)
 }

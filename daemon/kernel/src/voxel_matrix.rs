@@ -5,15 +5,16 @@
 //! between two levels are runs of that word. Memory follows the occupied voxels, not 2^M.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::cell_boxes::{CellBoxes, boxes_of_voxels};
 use crate::container::{Container, HALVINGS_PER_LEVEL, Lattice, MAX_ORDER};
+use crate::grid::Grid;
 use crate::object::{ObjectError, Progress};
-use crate::polygon_box::{TriangleExtents, bits_of};
+use crate::polygon_box::{TooMany, bits_of};
+use crate::voxel_lists::{ListedVoxel, Part, level_that_parts, voxel_lists};
 
 /// The most list entries of a voxel matrix: 2 GiB of triangle numbers.
 pub const MAX_ENTRIES: usize = 1 << 29;
@@ -64,16 +65,8 @@ pub struct VoxelMatrix {
     boxes: CellBoxes,
 }
 
-/// The lists of one level while it is built.
-struct Lists {
-    starts: Vec<u32>,
-    entries: Vec<u32>,
-    /// Place of each voxel, per axis.
-    places: Vec<[u32; 3]>,
-}
-
 impl VoxelMatrix {
-    /// Builds the matrix level by level.
+    /// Builds the matrix: finds the voxels of the full order that each triangle occupies, sorts them, and reads off the nodes.
     ///
     /// # Errors
     /// [`ObjectError::MatrixTooLarge`] when the lists would exceed [`MAX_ENTRIES`].
@@ -83,27 +76,23 @@ impl VoxelMatrix {
         order: u32,
         progress: &dyn Progress,
     ) -> Result<VoxelMatrix, ObjectError> {
-        let corner = |&vertex: &u32| vertices[vertex as usize];
-        let Some(container) = Container::of(triangles.iter().flatten().map(corner)) else {
+        let Some(container) = container_of(vertices, triangles, progress) else {
             return Ok(VoxelMatrix::empty());
         };
         let lattice = Lattice::new(container, order);
+        let grid = Grid::new(&lattice);
         let corners_of =
             |triangle: u32| triangles[triangle as usize].map(|vertex| DVec3::from(vertices[vertex as usize]));
-        let mut lists = Lists::all(triangles.len() as u32);
-        let mut levels = Vec::new();
-        for level in 0..lattice.levels().len() {
-            let masks =
-                child_masks(&lattice, level, &lists, &corners_of, &BuildProgress::new(&lattice, level, progress));
-            let nodes;
-            (nodes, lists) = descend(&lattice, level, &lists, &masks, order)?;
-            levels.push(nodes);
-        }
-        let Lists { mut starts, mut entries, places } = lists;
-        starts.shrink_to_fit();
-        entries.shrink_to_fit();
+        let stage = |number| BuildProgress { listener: progress, stage: number };
+        let parts = voxel_lists(&grid, triangles.len(), &corners_of, [stage(0), stage(1)]);
+        let parts = parts.map_err(|TooMany| ObjectError::MatrixTooLarge {
+            order,
+            entries: MAX_ENTRIES + 1,
+            limit: MAX_ENTRIES,
+        })?;
+        let Lists { levels, voxels, starts, entries } = Lists::of(&lattice, parts);
         let list = |voxel: usize| &entries[starts[voxel] as usize..starts[voxel + 1] as usize];
-        let boxes = boxes_of_voxels(&lattice, &places, &list, &corners_of, progress);
+        let boxes = boxes_of_voxels(&grid, &voxels, &list, &corners_of, &stage(2));
         let boxes = CellBoxes::of(&lattice, &levels, boxes);
         Ok(VoxelMatrix { lattice, levels, starts, entries, boxes })
     }
@@ -224,122 +213,90 @@ impl VoxelMatrix {
     }
 }
 
+fn container_of(vertices: &[[f64; 3]], triangles: &[[u32; 3]], workforce: &dyn Progress) -> Option<Container> {
+    /// Triangles that one thread takes at a time, and that are shared out at once.
+    const CHUNK: usize = 1 << 14;
+    const TURN: usize = 1 << 20;
+    let of_chunk =
+        |triangles: &[[u32; 3]]| Container::of(triangles.iter().flatten().map(|&vertex| vertices[vertex as usize]));
+    if triangles.len() <= CHUNK {
+        return of_chunk(triangles);
+    }
+    let mut ends = Vec::new();
+    for turn in triangles.chunks(TURN) {
+        workforce.share(&mut || ends.par_extend(turn.par_chunks(CHUNK).filter_map(of_chunk)));
+    }
+    Container::of(ends.iter().flat_map(|container| [container.min, container.max]))
+}
+
+/// The matrix while it is built: nodes, and the lists of the voxels.
+struct Lists {
+    levels: Vec<Vec<Node>>,
+    /// Numbers of the occupied voxels among all of the full order, ascending.
+    voxels: Vec<u32>,
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+}
+
 impl Lists {
-    /// The container holds every triangle.
-    fn all(count: u32) -> Lists {
-        Lists { starts: vec![0, count], entries: (0..count).collect(), places: vec![[0; 3]] }
-    }
-
-    fn voxels(&self) -> impl Iterator<Item = (usize, &[u32])> {
-        self.starts.windows(2).map(|ends| &self.entries[ends[0] as usize..ends[1] as usize]).enumerate()
-    }
-}
-
-/// For each entry of the lists, the children of its voxel that its triangle occupies.
-fn child_masks(
-    lattice: &Lattice,
-    level: usize,
-    lists: &Lists,
-    corners_of: &(impl Fn(u32) -> [DVec3; 3] + Sync),
-    progress: &BuildProgress<'_>,
-) -> Vec<u64> {
-    let reach = DVec3::from(lattice.container().reach());
-    let level = &lattice.levels()[level];
-    let mut voxel_of = vec![0u32; lists.entries.len()];
-    for (voxel, ends) in lists.starts.windows(2).enumerate() {
-        voxel_of[ends[0] as usize..ends[1] as usize].fill(voxel as u32);
-    }
-    let done = AtomicUsize::new(0);
-    let mut masks = vec![0; voxel_of.len()];
-    let fill = |masks: &mut [u64], first: usize| {
-        for (entry, mask) in (first..).zip(masks.iter_mut()) {
-            let extents = TriangleExtents::new(corners_of(lists.entries[entry]), reach);
-            *mask = extents.children(lattice, level, lists.places[voxel_of[entry] as usize]);
-        }
-        let done = done.fetch_add(masks.len(), Ordering::Relaxed) + masks.len();
-        progress.advanced(done, voxel_of.len());
-    };
-    for (turn, masks) in masks.chunks_mut(TURN).enumerate() {
-        let chunks = |masks: &mut [u64]| {
-            let chunks = masks.par_chunks_mut(CHUNK).enumerate();
-            chunks.for_each(|(chunk, masks)| fill(masks, turn * TURN + chunk * CHUNK));
+    fn of(lattice: &Lattice, parts: Vec<Part>) -> Lists {
+        let voxels: usize = parts.iter().map(|part| part.voxels.len()).sum();
+        let mut lists = Lists {
+            levels: vec![Vec::new(); lattice.levels().len()],
+            voxels: Vec::with_capacity(voxels),
+            starts: Vec::with_capacity(voxels + 1),
+            entries: Vec::with_capacity(parts.iter().map(|part| part.entries.len()).sum()),
         };
-        progress.listener.share(&mut || chunks(masks));
+        let mut end = 0;
+        for part in parts {
+            lists.entries.extend_from_slice(&part.entries);
+            for voxel in &part.voxels {
+                lists.starts.push(end);
+                lists.add(lattice, voxel);
+                end += voxel.entries;
+            }
+        }
+        lists.starts.push(end);
+        lists.levels.iter_mut().for_each(Vec::shrink_to_fit);
+        lists
     }
-    masks
+
+    /// Adds a voxel to the nodes that it lies in, of which some begin with it.
+    fn add(&mut self, lattice: &Lattice, voxel: &ListedVoxel) {
+        let (order, number) = (lattice.order(), voxel.number);
+        let first_new = self.voxels.last().map_or(0, |&before| level_that_parts(order, before, number));
+        self.voxels.push(number);
+        for level in 0..self.levels.len() {
+            if level >= first_new {
+                let first_child = self.levels.get(level + 1).map_or(self.voxels.len() - 1, Vec::len) as u32;
+                self.levels[level].push(Node { occupied: 0, first_child, triangles: 0 });
+            }
+            let halvings = (HALVINGS_PER_LEVEL * (level as u32 + 1)).min(order);
+            let child = number >> (order - halvings) & (lattice.levels()[level].place.len() as u32 - 1);
+            let node = self.levels[level].last_mut().expect("it was there, or has just come");
+            node.occupied |= 1 << child;
+            node.triangles += voxel.new_in_node[level];
+        }
+    }
 }
 
-/// Entries that one thread takes at a time: enough to be worth it, few enough to show progress.
-const CHUNK: usize = 1 << 11;
-/// Entries that are shared out at once, a few milliseconds of work: a build and the steps of scenes take turns.
-const TURN: usize = 1 << 15;
-
-/// Counts in parts of a level, since how many entries the later levels have is not known before them.
-struct BuildProgress<'p> {
+/// Counts in parts of a stage, since how many entries there are is not known before they are found.
+pub(crate) struct BuildProgress<'p> {
     listener: &'p dyn Progress,
-    level: u64,
-    levels: u64,
+    stage: u64,
 }
 
 impl BuildProgress<'_> {
+    const STAGES: u64 = 3;
     const PARTS: u64 = 1000;
 
-    fn new<'p>(lattice: &Lattice, level: usize, listener: &'p dyn Progress) -> BuildProgress<'p> {
-        BuildProgress { listener, level: level as u64, levels: lattice.levels().len() as u64 }
+    pub fn share(&self, job: &mut (dyn FnMut() + Send)) {
+        self.listener.share(job);
     }
 
-    fn advanced(&self, done: usize, total: usize) {
+    pub fn advanced(&self, done: usize, total: usize) {
         let part = Self::PARTS * done as u64 / total as u64;
-        self.listener.advanced(self.level * Self::PARTS + part, self.levels * Self::PARTS);
-    }
-}
-
-/// The nodes of a level and the lists of the next one.
-fn descend(
-    lattice: &Lattice,
-    level: usize,
-    lists: &Lists,
-    masks: &[u64],
-    order: u32,
-) -> Result<(Vec<Node>, Lists), ObjectError> {
-    let entries: usize = masks.iter().map(|mask| mask.count_ones() as usize).sum();
-    if entries > MAX_ENTRIES {
-        return Err(ObjectError::MatrixTooLarge { order, entries, limit: MAX_ENTRIES });
-    }
-    let level = &lattice.levels()[level];
-    let mut nodes = Vec::with_capacity(lists.places.len());
-    let mut next = Lists { starts: vec![0], entries: vec![0; entries], places: Vec::new() };
-    for (voxel, triangles) in lists.voxels() {
-        let masks = &masks[lists.starts[voxel] as usize..][..triangles.len()];
-        let occupied = masks.iter().fold(0, |all, mask| all | mask);
-        nodes.push(Node { occupied, first_child: next.places.len() as u32, triangles: triangles.len() as u32 });
-        next.distribute(triangles, masks, occupied);
-        next.places.extend(bits_of(occupied).map(|child| {
-            let place = level.place[child as usize];
-            [0, 1, 2].map(|axis| lists.places[voxel][axis] << level.bits[axis] | u32::from(place[axis]))
-        }));
-    }
-    Ok((nodes, next))
-}
-
-impl Lists {
-    /// Appends the lists of the occupied children of one voxel, by a counting sort.
-    fn distribute(&mut self, triangles: &[u32], masks: &[u64], occupied: u64) {
-        let mut counts = [0u32; 64];
-        masks.iter().for_each(|&mask| bits_of(mask).for_each(|child| counts[child as usize] += 1));
-        let mut cursors = [0u32; 64];
-        let mut end = self.starts.last().copied().unwrap_or(0);
-        for child in bits_of(occupied) {
-            cursors[child as usize] = end;
-            end += counts[child as usize];
-            self.starts.push(end);
-        }
-        for (&triangle, &mask) in triangles.iter().zip(masks) {
-            for child in bits_of(mask) {
-                self.entries[cursors[child as usize] as usize] = triangle;
-                cursors[child as usize] += 1;
-            }
-        }
+        self.listener.advanced(self.stage * Self::PARTS + part, Self::STAGES * Self::PARTS);
     }
 }
 
