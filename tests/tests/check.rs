@@ -47,7 +47,7 @@ fn run(mut command: Command, runtime: &RuntimeDirectory, arguments: &[&str]) -> 
 }
 
 /// The lines of JSON output, without stage counts, which depend on how the daemon works.
-fn lines(run: &ProgramRun) -> Vec<Value> {
+fn lines_of(run: &ProgramRun) -> Vec<Value> {
     let line = |text: &str| {
         let mut line: Value = serde_json::from_str(text).expect("each line is JSON");
         line.as_object_mut().expect("each line is an object").remove("stages").expect("each line has stages");
@@ -91,7 +91,7 @@ fn each_step_is_a_line_with_keys_in_order() {
         .enumerate()
         .map(|(step, pairs)| json!({ "scene": "scene.json", "step": step, "pairs": pairs }))
         .collect();
-    assert_eq!(lines(&run), expected);
+    assert_eq!(lines_of(&run), expected);
     let first = run.stdout.lines().next().expect("there is a line");
     let begin = r#"{"scene":"scene.json","step":0,"pairs":[{"a":"a","b":"b","verdict":"interfering","level":"polygons","relation":"coplanar","polygon_pairs":[[0,0,"coplanar"]]}],"stages":{"boxes":2,"broad_pairs":1,"interest_pairs":1,"container_pairs":1,"#;
     assert!(first.starts_with(begin), "{first}");
@@ -105,7 +105,7 @@ fn a_motion_in_the_first_step_is_not_looked_at_and_both_formats_say_so() {
         { "b": moved(0.0, -0.5) },
     ]));
     scene["effects"] = json!(["time_of_contact"]);
-    let lines = lines(&folder.check_scene(&scene));
+    let lines = lines_of(&folder.check_scene(&scene));
     assert_eq!((&lines[0]["time_fault"], &lines[1]["time_fault"]), (&json!("a"), &Value::Null));
     let met = &lines[1]["pairs"][0];
     let lo = met["time_of_contact"][0].as_f64().expect("they meet on the way");
@@ -114,7 +114,7 @@ fn a_motion_in_the_first_step_is_not_looked_at_and_both_formats_say_so() {
     assert!(table.contains("a counts as still"), "{table}");
     // Without a motion, the first step is no fault: it places the bodies.
     scene["steps"][0] = json!({ "a": IDENTITY, "b": moved(0.0, 0.5) });
-    assert_eq!(lines(&folder.check_scene(&scene))[0]["time_fault"], Value::Null);
+    assert_eq!(lines_of(&folder.check_scene(&scene))[0]["time_fault"], Value::Null);
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn what_keeps_a_response_from_being_exact_is_told() {
     let poses = (0..21).map(|i| (format!("b{i}"), moved(0.0, f64::from(i)))).collect();
     let scene = json!({ "objects": { "cube": cube }, "bodies": bodies, "effects": ["response"],
         "steps": [Value::Object(poses), { "b1": [[1, 0, 0, 0], [0, 0, 0, 0.5], [0, 0, 0, 1]] }] });
-    let lines = lines(&folder.check_scene(&scene));
+    let lines = lines_of(&folder.check_scene(&scene));
     assert_eq!((&lines[0]["response_capped"], &lines[0]["response_fault"]), (&json!(true), &Value::Null));
     assert_eq!((&lines[1]["response_capped"], &lines[1]["response_fault"]), (&Value::Null, &json!("b1")));
     let table = folder.check(&["scene.json"]).stdout;
@@ -147,7 +147,7 @@ fn what_was_not_asked_for_is_absent() {
     let run = folder.check_scene(&scene);
     assert_eq!(run.status, Some(1), "{}", run.stderr);
     let pairs = json!([{ "a": "a", "b": "b", "verdict": "interfering", "level": "polygons" }]);
-    assert_eq!(lines(&run), [json!({ "scene": "scene.json", "step": 0, "pairs": pairs })]);
+    assert_eq!(lines_of(&run), [json!({ "scene": "scene.json", "step": 0, "pairs": pairs })]);
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn a_scene_and_a_pair_have_an_accuracy() {
     scene["accuracy"] = json!({ "level": "voxels", "order": 0 });
     let run = folder.check_scene(&scene);
     assert_eq!(run.status, Some(1), "what may interfere counts: {}", run.stderr);
-    let pair = &lines(&run)[0]["pairs"][0];
+    let pair = &lines_of(&run)[0]["pairs"][0];
     assert_eq!((&pair["verdict"], &pair["level"]), (&json!("possible"), &json!("voxels")));
     assert_eq!(pair["bound"]["orders"], json!([0, 0]));
     let apart = pair["bound"]["apart_at_most"].as_f64().expect("a bound");
@@ -166,8 +166,28 @@ fn a_scene_and_a_pair_have_an_accuracy() {
     let table = folder.check(&["scene.json"]);
     assert!(table.stdout.contains("voxels, orders 0 and 0: at most 2.828e0 apart"), "{}", table.stdout);
     scene["interest"] = json!([{ "pair": ["b", "a"], "accuracy": { "level": "polygons" } }]);
-    let pair = lines(&folder.check_scene(&scene))[0]["pairs"][0].clone();
+    let pair = lines_of(&folder.check_scene(&scene))[0]["pairs"][0].clone();
     assert_eq!((&pair["verdict"], pair.get("bound")), (&json!("interfering"), None));
+}
+
+#[test]
+fn an_order_above_that_of_an_object_is_said_to_be_clamped() {
+    const NOTE: &str = "scene.json: accuracy: order 9 is above order 0 of object \"square\", which counts";
+    let folder = Folder::new();
+    let mut scene = two_squares(json!([{}]));
+    scene["effects"] = json!(["interference"]);
+    let accuracy = json!({ "level": "voxels", "order": 9 });
+    scene["accuracy"] = accuracy.clone();
+    let run = folder.check_scene(&scene);
+    assert_eq!((run.status, run.stderr.matches(NOTE).count()), (Some(1), 1), "{}", run.stderr);
+    assert_eq!(lines_of(&run)[0]["pairs"][0]["bound"]["orders"], json!([0, 0]));
+    scene["accuracy"] = json!({});
+    scene["interest"] = json!([{ "pair": ["b", "a"], "accuracy": accuracy }]);
+    let run = folder.check_scene(&scene);
+    assert!(run.stderr.contains(NOTE), "{}", run.stderr);
+    scene["interest"] = json!([{ "pair": ["b", "a"], "accuracy": { "level": "voxels", "order": 0 } }]);
+    let run = folder.check_scene(&scene);
+    assert!(!run.stderr.contains("above"), "{}", run.stderr);
 }
 
 #[test]
@@ -202,7 +222,7 @@ fn interest_and_groups_decide_what_a_pair_has() {
     scene["effects"] = json!(["interference"]);
     scene["interest"] =
         json!([{ "pair": ["d", "a"], "ignore": true }, { "pair": ["c", "a"], "effects": ["polygon_pairs"] }]);
-    let pairs = lines(&folder.check_scene(&scene))[0]["pairs"].clone();
+    let pairs = lines_of(&folder.check_scene(&scene))[0]["pairs"].clone();
     let pairs: Vec<_> = pairs
         .as_array()
         .expect("pairs are a list")
@@ -218,13 +238,13 @@ fn several_scenes_make_one_stream_and_one_status() {
     folder.write_scene("far.json", &two_squares(json!([{ "b": moved(5.0, 0.0) }])));
     folder.write_scene("near.json", &two_squares(json!([{}])));
     let clear = folder.check(&["far.json", "--format", "json"]);
-    assert_eq!((clear.status, lines(&clear).len()), (Some(0), 1), "{}", clear.stderr);
+    assert_eq!((clear.status, lines_of(&clear).len()), (Some(0), 1), "{}", clear.stderr);
     let both = folder.check(&["near.json", "far.json", "--format", "json"]);
-    let scenes: Vec<Value> = lines(&both).iter().map(|line| line["scene"].clone()).collect();
+    let scenes: Vec<Value> = lines_of(&both).iter().map(|line| line["scene"].clone()).collect();
     assert_eq!((both.status, scenes), (Some(1), vec![json!("near.json"), json!("far.json")]));
     let trouble = folder.check(&["near.json", "missing.json", "far.json", "--format", "json"]);
     trouble.is_trouble(&["missing.json"]);
-    assert_eq!(lines(&trouble), lines(&both), "the scenes beside it are checked all the same");
+    assert_eq!(lines_of(&trouble), lines_of(&both), "the scenes beside it are checked all the same");
 }
 
 #[test]
@@ -237,7 +257,7 @@ fn meshes_are_found_beside_the_scene_file_and_toml_is_read() {
     folder.write("cell/scene.toml", text);
     let run = folder.check(&["cell/scene.toml", "--format", "json"]);
     assert_eq!(run.status, Some(0), "{}", run.stderr);
-    assert_eq!(lines(&run), [json!({ "scene": "cell/scene.toml", "step": 0, "pairs": [] })]);
+    assert_eq!(lines_of(&run), [json!({ "scene": "cell/scene.toml", "step": 0, "pairs": [] })]);
 }
 
 #[test]
@@ -248,7 +268,7 @@ fn scenes_without_pairs_are_clear() {
     assert_eq!(folder.check_scene(&scene).status, Some(0), "empty meshes");
     scene["bodies"] = json!([]);
     let nobody = folder.check_scene(&scene);
-    assert_eq!((nobody.status, lines(&nobody).len()), (Some(0), 2), "no bodies: {}", nobody.stderr);
+    assert_eq!((nobody.status, lines_of(&nobody).len()), (Some(0), 2), "no bodies: {}", nobody.stderr);
     scene["steps"] = json!([]);
     let nothing = folder.check_scene(&scene);
     assert_eq!((nothing.status, nothing.stdout.as_str()), (Some(0), ""), "no steps: {}", nothing.stderr);
@@ -274,7 +294,7 @@ fn bad_numbers_are_named_with_file_step_and_body() {
     for (value, named) in [("NaN", "NaN"), ("Infinity", "inf"), ("-Infinity", "-inf")] {
         let run = folder.check_scene(&two_squares(steps(json!(value))));
         run.is_trouble(&["scene.json", "step 1", "\"b\"", "row 0", "column 3", named]);
-        assert_eq!(lines(&run).len(), 1, "the step before is answered");
+        assert_eq!(lines_of(&run).len(), 1, "the step before is answered");
     }
     let mut scene = two_squares(steps(json!(1e308)));
     scene["objects"]["square"]["vertices"][1][0] = json!(1.7e308);
@@ -342,7 +362,7 @@ fn a_running_daemon_is_used_and_left_as_it_was() {
     let instance = instance.expect("the instance has a name");
     let arguments = ["s.json", "--connect", "--instance", &instance, "--format", "json"];
     let found = run(daemon.runtime().collided(), daemon.runtime(), &arguments);
-    assert_eq!((found.status, lines(&found).len()), (Some(1), 1), "{}", found.stderr);
+    assert_eq!((found.status, lines_of(&found).len()), (Some(1), 1), "{}", found.stderr);
     let client = daemon.client_builder().connect().expect("the daemon goes on");
     assert_eq!(client.list().expect("the daemon answers"), [], "the objects of the check are gone");
     assert_eq!(client.status().expect("the daemon answers").scenes, []);
