@@ -5,13 +5,13 @@ use std::fmt;
 use collided_protocol::report::{
     NOT_LOOKED_AT, ReportHeader, SECTION_CANDIDATES, STATUS_OK, StageCounts, StageTimes, Verdict,
 };
-use collided_protocol::step::{Rows, Word, id_words};
+use collided_protocol::step::{Rows, Word};
 use collided_protocol::{ErrorCode, WireError};
 
 use crate::error::Error;
 use crate::report::{Held, refusal, section};
 use crate::scene::BodyId;
-use crate::step::id_word;
+use crate::step::words_of_ids;
 use crate::transport::StepResponse;
 
 /// Candidate poses of some bodies. See [`Scene::step_batch`](crate::Scene::step_batch).
@@ -42,13 +42,10 @@ impl Batch<'_> {
         }
     }
 
-    /// Word number `word` of the payload.
-    pub(crate) fn word(&self, word: usize) -> Word {
-        let ids = id_words(self.bodies.len());
-        if word < ids {
-            return id_word(word, |index| self.bodies.get(index).copied());
-        }
-        bytemuck::cast_slice::<Rows, Word>(self.candidates)[word - ids]
+    /// The words of the payload.
+    pub(crate) fn words(&self) -> impl Iterator<Item = Word> {
+        let transforms: &[Word] = bytemuck::cast_slice(self.candidates);
+        words_of_ids(self.bodies, |body| *body).chain(transforms.iter().copied())
     }
 }
 
@@ -137,8 +134,9 @@ mod tests {
     fn candidates_are_written_behind_the_ids() {
         let rows = [1.0, 2.0].map(|value| [[value; 4]; 3]);
         let batch = Batch { bodies: &[BodyId(7)], candidates: &rows, stop_at: None };
-        assert_eq!((batch.count().unwrap(), batch.word(0)), (2, 7));
-        assert_eq!([1, 12, 13, 24].map(|word| f64::from_bits(batch.word(word))), [1.0, 1.0, 2.0, 2.0]);
+        let words: Vec<Word> = batch.words().collect();
+        assert_eq!((batch.count().unwrap(), words.len(), words[0]), (2, 25, 7));
+        assert_eq!([1, 12, 13, 24].map(|word| f64::from_bits(words[word])), [1.0, 1.0, 2.0, 2.0]);
         for bodies in [&[][..], &[BodyId(0), BodyId(1), BodyId(2)]] {
             let error = Batch { bodies, ..batch }.count().expect_err("two transforms");
             assert_eq!(error.code(), Some(ErrorCode::BadStep));

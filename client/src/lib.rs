@@ -48,7 +48,7 @@ pub mod transport;
 
 pub use batch::{Batch, BatchReport};
 pub use collided_protocol::control::{
-    Accuracy, ClientStatus, Dynamics, Mass, ObjectInfo, Reply, Request, SceneStatus, Status,
+    Accuracy, ClampedOrder, ClientStatus, Dynamics, Mass, ObjectInfo, Reply, Request, SceneStatus, Status,
 };
 pub use collided_protocol::effect_records::{
     BoundRecord, ContactPointRecord, ContactSegmentRecord, DistanceRecord, ImpulseRecord, PenetrationRecord,

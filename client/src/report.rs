@@ -308,6 +308,9 @@ pub(crate) fn section<'a, T: bytemuck::Pod>(
     number: usize,
 ) -> Result<&'a [T], Error> {
     let section = header.sections[number];
+    if section.count == 0 {
+        return Ok(&[]);
+    }
     let bytes: &[u8] = bytemuck::cast_slice(words);
     let first = section.first_word as usize * size_of::<Word>();
     let length = section.count as usize * size_of::<T>();

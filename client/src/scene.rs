@@ -4,7 +4,9 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use collided_protocol::control::{self, Accuracy, BodyDynamics, Dynamics, InterestRule, PairAccuracy, Reply, Request};
+use collided_protocol::control::{
+    self, Accuracy, BodyDynamics, ClampedOrder, Dynamics, InterestRule, PairAccuracy, Reply, Request,
+};
 use collided_protocol::step::Rows;
 use collided_protocol::{Effect, Effects};
 
@@ -158,19 +160,33 @@ impl Scene {
 
     /// Changes how exactly pairs without an accuracy of their own are answered, and what a step may take.
     ///
+    /// Where an `order` is asked for, returns the objects of the scene's bodies whose own order M is below it: for these, M counts. What was
+    /// compared of a pair left possible stands in its [`bound`](crate::Pair::bound).
+    ///
     /// # Errors
     /// [`Error::Refused`] with `BadAccuracy`.
-    pub fn set_accuracy(&mut self, accuracy: Accuracy) -> Result<(), Error> {
-        self.client.expect_done(&Request::SetAccuracy { scene: self.id, accuracy })
+    pub fn set_accuracy(&mut self, accuracy: Accuracy) -> Result<Vec<ClampedOrder>, Error> {
+        self.request_accuracy(&Request::SetAccuracy { scene: self.id, accuracy })
     }
 
     /// Gives pairs an accuracy of their own instead of the scene's, or takes it back; all are set, or none. A budget is of the scene only.
+    /// Returns the same as [`Scene::set_accuracy`], of the bodies named.
     ///
     /// # Errors
     /// [`Error::Refused`] with `UnknownBody` or `BadAccuracy`.
-    pub fn set_pair_accuracy(&mut self, pairs: &[(BodyId, BodyId, Option<Accuracy>)]) -> Result<(), Error> {
+    pub fn set_pair_accuracy(
+        &mut self,
+        pairs: &[(BodyId, BodyId, Option<Accuracy>)],
+    ) -> Result<Vec<ClampedOrder>, Error> {
         let pairs = pairs.iter().map(|&(a, b, accuracy)| PairAccuracy { a: a.0, b: b.0, accuracy }).collect();
-        self.client.expect_done(&Request::SetPairAccuracy { scene: self.id, pairs })
+        self.request_accuracy(&Request::SetPairAccuracy { scene: self.id, pairs })
+    }
+
+    fn request_accuracy(&self, request: &Request) -> Result<Vec<ClampedOrder>, Error> {
+        match self.client.request(request)? {
+            Reply::AccuracySet { clamped } => Ok(clamped),
+            other => Err(unexpected(&other)),
+        }
     }
 
     /// Gives bodies mass, or takes it from them, for the effect `response`; all are set, or none. A body without is static,

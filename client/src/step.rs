@@ -11,7 +11,7 @@ use collided_protocol::names::{reply_service, step_service, wake_service};
 use collided_protocol::report::ReportHeader;
 use collided_protocol::step::{
     MOTION_LINEAR, ROWS_WORDS, RigidRecord, Rows, STEP_BATCH, STEP_DENSE, STEP_SPARSE, STOP_NEVER, StepHeader,
-    VelocityRecord, Word, batch_words, id_words, payload_words, step_words,
+    VelocityRecord, Word, batch_words, payload_words, step_words,
 };
 use collided_protocol::{ErrorCode, PROTOCOL_VERSION, WireError};
 use iceoryx2::port::client::RequestSendError;
@@ -23,8 +23,8 @@ use crate::error::{Error, TransportError};
 use crate::report::{Held, Report};
 use crate::scene::BodyId;
 use crate::transport::{
-    self, EventService, Listener, Notifier, SPIN, StepClient, StepPending, StepRequest, StepResponse, StepService,
-    Woken, failed,
+    self, EmptyStepRequest, EventService, Listener, Notifier, SPIN, StepClient, StepPending, StepRequest, StepResponse,
+    StepService, Woken, failed, look_for,
 };
 
 /// How long a waiting client sleeps at most: another thread that waits on the same scene may take its wake-up.
@@ -40,6 +40,8 @@ pub(crate) struct StepChannel {
     reply: Listener,
     sequence: AtomicU64,
     reports_held: Arc<AtomicUsize>,
+    /// How long the daemon took for the last step that was collected, in nanoseconds.
+    last_step: AtomicU64,
 }
 
 impl fmt::Debug for StepChannel {
@@ -98,35 +100,35 @@ pub struct Velocity {
 }
 
 impl StepInput<'_> {
-    fn words(&self) -> usize {
+    fn word_count(&self) -> usize {
         payload_words(STEP_SPARSE, self.transforms.len(), self.rigid.len(), self.velocities.len())
     }
 
-    /// Word number `word` of the payload.
-    fn word(&self, word: usize) -> Word {
-        let transforms = step_words(STEP_SPARSE, self.transforms.len());
-        if word < transforms {
-            return sparse_word(self.transforms, word);
-        }
-        let (rigid_words, velocity_words) = (words_of::<RigidRecord>(), words_of::<VelocityRecord>());
-        let word = word - transforms;
-        match self.rigid.get(word / rigid_words) {
-            Some(rigid) => record_word(&rigid_record(rigid), word % rigid_words),
-            None => {
-                let word = word - self.rigid.len() * rigid_words;
-                record_word(&velocity_record(&self.velocities[word / velocity_words]), word % velocity_words)
-            }
-        }
+    /// The words of the payload.
+    fn words(&self) -> impl Iterator<Item = Word> {
+        let rows = self.transforms.iter().flat_map(|(_, rows)| words_of::<_, ROWS_WORDS>(*rows));
+        let rigid = self.rigid.iter().map(rigid_record).flat_map(words_of::<_, { count_of::<RigidRecord>() }>);
+        let velocities =
+            self.velocities.iter().map(velocity_record).flat_map(words_of::<_, { count_of::<VelocityRecord>() }>);
+        words_of_ids(self.transforms, |(body, _)| *body).chain(rows).chain(rigid).chain(velocities)
     }
 }
 
-const fn words_of<T>() -> usize {
+/// How many words a record takes.
+const fn count_of<T>() -> usize {
     size_of::<T>() / size_of::<Word>()
 }
 
-fn record_word(record: &impl bytemuck::NoUninit, word: usize) -> Word {
-    let at = word * size_of::<Word>();
-    bytemuck::pod_read_unaligned(&bytemuck::bytes_of(record)[at..at + size_of::<Word>()])
+fn words_of<T: bytemuck::NoUninit, const N: usize>(record: T) -> [Word; N]
+where
+    [Word; N]: bytemuck::Pod,
+{
+    bytemuck::cast(record)
+}
+
+/// Ids as words, two to a word.
+pub(crate) fn words_of_ids<T>(of: &[T], id: impl Fn(&T) -> BodyId) -> impl Iterator<Item = Word> {
+    of.chunks(2).map(move |two| bytemuck::cast([id(&two[0]).0, two.get(1).map_or(0, |second| id(second).0)]))
 }
 
 fn rigid_record(&(body, RigidMotion { axis, centre, angle, translate }): &(BodyId, RigidMotion)) -> RigidRecord {
@@ -164,22 +166,18 @@ impl StepChannel {
             .listener_builder()
             .create()
             .map_err(failed("open a scene's reply event"))?;
-        let (sequence, reports_held) = (AtomicU64::new(0), Arc::new(AtomicUsize::new(0)));
-        Ok(StepChannel { scene, requests, wake, reply, sequence, reports_held })
+        let (sequence, reports_held, last_step) = Default::default();
+        Ok(StepChannel { scene, requests, wake, reply, sequence, reports_held, last_step })
     }
 
     pub(crate) fn send_dense(self: &Arc<Self>, client: &Client, transforms: &[Rows]) -> Result<Pending, Error> {
         let words: &[Word] = bytemuck::cast_slice(transforms);
-        self.check_room(words.len())?;
-        let request = self.requests.loan_slice_uninit(words.len()).map_err(loan_error)?;
-        self.send(client, request.write_from_slice(words), header(STEP_DENSE, transforms.len()))
+        let request = self.loan(words.len())?.write_from_slice(words);
+        self.send(client, request, header(STEP_DENSE, transforms.len()))
     }
 
     pub(crate) fn send_input(self: &Arc<Self>, client: &Client, input: &StepInput<'_>) -> Result<Pending, Error> {
-        let words = input.words();
-        self.check_room(words)?;
-        let request = self.requests.loan_slice_uninit(words).map_err(loan_error)?;
-        let request = request.write_from_fn(|word| input.word(word));
+        let request = filled(self.loan(input.word_count())?, input.words());
         let header = StepHeader {
             rigid_count: input.rigid.len() as u32,
             velocity_count: input.velocities.len() as u32,
@@ -204,15 +202,19 @@ impl StepChannel {
 
     pub(crate) fn send_batch(self: &Arc<Self>, client: &Client, batch: &Batch<'_>) -> Result<Pending, Error> {
         let count = batch.count()?;
-        let words = batch_words(batch.bodies.len(), count);
-        self.check_room(words)?;
-        let request = self.requests.loan_slice_uninit(words).map_err(loan_error)?;
+        let request = filled(self.loan(batch_words(batch.bodies.len(), count))?, batch.words());
         let header = StepHeader {
             candidate_count: count as u32,
             stop_at: batch.stop_at.map_or(STOP_NEVER, |verdict| STOP_NEVER + 1 + verdict as u32),
             ..header(STEP_BATCH, batch.bodies.len())
         };
-        self.send(client, request.write_from_fn(|word| batch.word(word)), header)
+        self.send(client, request, header)
+    }
+
+    /// Memory for so many words.
+    fn loan(&self, words: usize) -> Result<EmptyStepRequest, Error> {
+        self.check_room(words)?;
+        self.requests.loan_slice_uninit(words).map_err(loan_error)
     }
 
     fn check_room(&self, words: usize) -> Result<(), Error> {
@@ -285,16 +287,23 @@ impl Pending {
             return Err(Error::Deadline { waited: timeout });
         }
         self.pending = None;
-        Ok((answer?, Held::new(&self.channel.reports_held)))
+        let response = answer?;
+        self.channel.last_step.store(response.user_header().times.total, Ordering::Relaxed);
+        Ok((response, Held::new(&self.channel.reports_held)))
     }
 }
 
 impl StepChannel {
     fn wait(&self, client: &Client, pending: &StepPending, timeout: Duration) -> Result<StepResponse, Error> {
         let start = Instant::now();
+        if let Some(response) = look(pending, self.awake().min(timeout))? {
+            return Ok(response);
+        }
         let mut hung_up = false;
         loop {
-            if let Some(response) = spin(pending, SPIN.min(timeout.saturating_sub(start.elapsed())))? {
+            // A response that comes from here on wakes this thread again.
+            transport::forget_notifications(&self.reply)?;
+            if let Some(response) = look(pending, Duration::ZERO)? {
                 return Ok(response);
             }
             if hung_up {
@@ -308,7 +317,19 @@ impl StepChannel {
                 return Err(Error::Deadline { waited: timeout });
             }
             hung_up = self.sleep(client.stream(), left)? == Woken::HungUp;
+            if let Some(response) = look(pending, Duration::ZERO)? {
+                return Ok(response);
+            }
         }
+    }
+
+    /// How long to look for a response before sleeping: when steps are short, as long as this one is likely to take.
+    fn awake(&self) -> Duration {
+        /// Steps that take longer are slept through: what is lost by waking late is little beside them.
+        const SHORT: Duration = Duration::from_micros(200);
+        let last = Duration::from_nanos(self.last_step.load(Ordering::Relaxed));
+        // The daemon may be asleep, too.
+        if last <= SHORT { last + 2 * SPIN } else { SPIN }
     }
 
     fn sleep(&self, stream: BorrowedFd<'_>, left: Duration) -> Result<Woken, TransportError> {
@@ -317,7 +338,7 @@ impl StepChannel {
 
     /// The daemon has let the step go: with an answer that came just now, or without one.
     fn closed(&self, client: &Client, pending: &StepPending) -> Result<StepResponse, Error> {
-        if let Some(response) = spin(pending, Duration::ZERO)? {
+        if let Some(response) = look(pending, Duration::ZERO)? {
             return Ok(response);
         }
         self.absence(client)?;
@@ -341,30 +362,14 @@ fn header(kind: u32, transform_count: usize) -> StepHeader {
 }
 
 /// Looks for the response at least once, and then for as long as `time`.
-fn spin(pending: &StepPending, time: Duration) -> Result<Option<StepResponse>, Error> {
-    let start = Instant::now();
-    loop {
-        let response = pending.receive().map_err(failed("receive a report"))?;
-        if response.is_some() || start.elapsed() >= time {
-            return Ok(response);
-        }
-        std::hint::spin_loop();
-    }
+fn look(pending: &StepPending, time: Duration) -> Result<Option<StepResponse>, Error> {
+    look_for(time, || Ok(pending.receive().map_err(failed("receive a report"))?))
 }
 
-/// Word number `word` of a sparse step.
-fn sparse_word(transforms: &[(BodyId, Rows)], word: usize) -> Word {
-    let ids = id_words(transforms.len());
-    if word < ids {
-        return id_word(word, |index| transforms.get(index).map(|&(body, _)| body));
-    }
-    let (transform, value) = ((word - ids) / ROWS_WORDS, (word - ids) % ROWS_WORDS);
-    transforms[transform].1.as_flattened()[value].to_bits()
-}
-
-/// Word number `word` of a list of ids.
-pub(crate) fn id_word(word: usize, id: impl Fn(usize) -> Option<BodyId>) -> Word {
-    bytemuck::cast([2 * word, 2 * word + 1].map(|index| id(index).map_or(0, |body| body.0)))
+fn filled(mut request: EmptyStepRequest, words: impl Iterator<Item = Word>) -> StepRequest {
+    transport::fill(request.payload_mut(), words);
+    // SAFETY: every word of the payload was written.
+    unsafe { request.assume_init() }
 }
 
 fn loan_error(error: iceoryx2::port::LoanError) -> Error {

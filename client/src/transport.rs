@@ -2,8 +2,9 @@
 
 use std::fmt::Display;
 use std::io;
+use std::mem::MaybeUninit;
 use std::os::fd::{BorrowedFd, OwnedFd};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use collided_protocol::control::UploadHeader;
 use collided_protocol::limits::MIN_FREE_SHARED_MEMORY;
@@ -26,6 +27,9 @@ pub type StepClient = iceoryx2::port::client::Client<Service, [Word], StepHeader
 pub type StepServer = iceoryx2::port::server::Server<Service, [Word], StepHeader, [Word], ReportHeader>;
 /// A step being written.
 pub type StepRequest = iceoryx2::request_mut::RequestMut<Service, [Word], StepHeader, [Word], ReportHeader>;
+/// Memory for a step.
+pub type EmptyStepRequest =
+    iceoryx2::request_mut_uninit::RequestMutUninit<Service, [MaybeUninit<Word>], StepHeader, [Word], ReportHeader>;
 /// A step that was sent.
 pub type StepPending = iceoryx2::pending_response::PendingResponse<Service, [Word], StepHeader, [Word], ReportHeader>;
 /// A step that was received.
@@ -45,6 +49,55 @@ pub type UploadSubscriber = iceoryx2::port::subscriber::Subscriber<Service, [Wor
 
 /// How long a waiting side looks at shared memory before it sleeps: a wake-up costs about as much.
 pub const SPIN: Duration = Duration::from_micros(30);
+
+/// Looks for something until it is there, or for as long as `time`, but once at least.
+///
+/// After a moment, other threads are let go first between two looks. The one that is waited for may be among them: the system often
+/// puts a thread that is woken where the one runs that has woken it, because that one, as a rule, sleeps next.
+///
+/// # Errors
+/// Those of `look`.
+pub fn look_for<T, E>(time: Duration, mut look: impl FnMut() -> Result<Option<T>, E>) -> Result<Option<T>, E> {
+    /// An answer that takes no longer is worth more than what others could do meanwhile.
+    const ALONE: Duration = Duration::from_micros(10);
+    /// Looks between two at the clock, which takes as long as one.
+    const LOOKS: usize = 4;
+    let mut found = look()?;
+    if found.is_some() || time.is_zero() {
+        return Ok(found);
+    }
+    let start = Instant::now();
+    loop {
+        for _ in 0..LOOKS {
+            found = look()?;
+            if found.is_some() {
+                return Ok(found);
+            }
+            std::hint::spin_loop();
+        }
+        let waited = start.elapsed();
+        if waited >= time {
+            return Ok(None);
+        }
+        if waited >= ALONE {
+            std::thread::yield_now();
+        }
+    }
+}
+
+/// Writes words into memory that was loaned; zeros follow the content.
+pub fn fill(memory: &mut [MaybeUninit<Word>], content: impl Iterator<Item = Word>) {
+    let mut places = memory.iter_mut();
+    // Pushed, not pulled: to ask a chain of so many sections for each word takes longer than to write it.
+    content.for_each(|word| {
+        if let Some(place) = places.next() {
+            place.write(word);
+        }
+    });
+    for place in places {
+        place.write(0);
+    }
+}
 
 /// The iceoryx2 node of this process in the daemon's epoch.
 ///
@@ -83,7 +136,7 @@ pub fn failed<E: Display>(action: &'static str) -> impl Fn(E) -> TransportError 
 /// Why [`wait`] returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Woken {
-    /// The listener was notified (or a signal came): look again.
+    /// The listener has been notified, or a signal came: look again.
     Notified,
     /// The other side of the stream is gone.
     HungUp,
@@ -91,11 +144,20 @@ pub enum Woken {
     TimedOut,
 }
 
-/// Sleeps until the listener is notified, the other end of `stream` is closed, or the time is over (`None`: never).
-/// Notifications are taken from the listener.
+/// Takes the notifications that have come. What they were for must be looked for once more before the next [`wait`].
+///
+/// This is done before a side sleeps, not when it wakes: then nobody waits for it.
 ///
 /// # Errors
-/// When the system cannot wait on the two, or the listener cannot be emptied.
+/// When the listener cannot be emptied.
+pub fn forget_notifications(listener: &Listener) -> Result<(), TransportError> {
+    listener.try_wait(|_| {}).map(drop).map_err(failed("take a notification"))
+}
+
+/// Sleeps while the listener has no notification, until the other end of `stream` is closed or the time is over (`None`: never).
+///
+/// # Errors
+/// When the system cannot wait on the two.
 pub fn wait(listener: &Listener, stream: BorrowedFd<'_>, timeout: Option<Duration>) -> Result<Woken, TransportError> {
     // SAFETY: the listener owns the descriptor and outlives this borrow of it, which ends with this function.
     let listener_fd = unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) };
@@ -107,11 +169,7 @@ pub fn wait(listener: &Listener, stream: BorrowedFd<'_>, timeout: Option<Duratio
         Err(rustix::io::Errno::INTR) => return Ok(Woken::Notified),
         Err(error) => return Err(TransportError::new("wait for the other side", error)),
     }
-    let (notified, hung_up) = (!fds[0].revents().is_empty(), !fds[1].revents().is_empty());
-    if notified {
-        listener.try_wait(|_| {}).map_err(failed("take a notification"))?;
-    }
-    Ok(if hung_up { Woken::HungUp } else { Woken::Notified })
+    Ok(if fds[1].revents().is_empty() { Woken::Notified } else { Woken::HungUp })
 }
 
 fn timespec(duration: Duration) -> Timespec {

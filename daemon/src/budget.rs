@@ -22,6 +22,8 @@ struct Turns {
     free: usize,
     next_ticket: u64,
     now_serving: u64,
+    /// Threads that sleep until their turn: to wake nobody is a system call, too.
+    asleep: usize,
 }
 
 /// The right to compute on the thread that asked for it. Given back when dropped.
@@ -36,7 +38,7 @@ impl Budget {
     /// When the system cannot start the workers.
     pub fn new(threads: usize) -> Result<Budget, ThreadPoolBuildError> {
         let workers = ThreadPoolBuilder::new().num_threads(threads).thread_name(|index| format!("worker-{index}"));
-        let turns = Turns { free: threads, next_ticket: 0, now_serving: 0 };
+        let turns = Turns { free: threads, next_ticket: 0, now_serving: 0, asleep: 0 };
         Ok(Budget {
             workers: workers.build()?,
             turns: Mutex::new(turns),
@@ -61,17 +63,27 @@ impl Budget {
         let ticket = turns.next_ticket;
         turns.next_ticket += 1;
         while turns.now_serving != ticket || turns.free < slots {
+            turns.asleep += 1;
             turns = self.changed.wait(turns).unwrap_or_else(PoisonError::into_inner);
+            turns.asleep -= 1;
         }
         turns.free -= slots;
         turns.now_serving += 1;
-        drop(turns);
-        self.changed.notify_all();
+        self.let_others_look(turns);
     }
 
     fn give_back(&self, slots: usize) {
-        self.turns().free += slots;
-        self.changed.notify_all();
+        let mut turns = self.turns();
+        turns.free += slots;
+        self.let_others_look(turns);
+    }
+
+    fn let_others_look(&self, turns: MutexGuard<'_, Turns>) {
+        let sleepers = turns.asleep > 0;
+        drop(turns);
+        if sleepers {
+            self.changed.notify_all();
+        }
     }
 
     fn turns(&self) -> MutexGuard<'_, Turns> {

@@ -158,9 +158,11 @@ impl<'a> Connection<'a> {
                 self.scene(scene)?.set_effects(effects);
                 Ok(Reply::Done)
             }
-            Request::SetAccuracy { scene, accuracy } => self.scene(scene)?.set_accuracy(accuracy).map(|()| Reply::Done),
+            Request::SetAccuracy { scene, accuracy } => {
+                self.scene(scene)?.set_accuracy(accuracy).map(|clamped| Reply::AccuracySet { clamped })
+            }
             Request::SetPairAccuracy { scene, pairs } => {
-                self.scene(scene)?.set_pair_accuracy(&pairs).map(|()| Reply::Done)
+                self.scene(scene)?.set_pair_accuracy(&pairs).map(|clamped| Reply::AccuracySet { clamped })
             }
             Request::SetDynamics { scene, bodies } => self.scene(scene)?.set_dynamics(&bodies).map(|()| Reply::Done),
             Request::SetInterest { scene, rules } => self.set_interest(scene, &rules),

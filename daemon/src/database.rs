@@ -56,6 +56,11 @@ impl BodyUse {
     pub fn object(&self) -> Arc<Object> {
         Arc::clone(&self.0.current().object)
     }
+
+    /// The names of its database and of itself.
+    pub fn names(&self) -> (&str, &str) {
+        (&self.0.database, &self.0.name)
+    }
 }
 
 impl Drop for BodyUse {

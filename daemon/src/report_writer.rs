@@ -58,17 +58,8 @@ fn send(
     finish: impl FnOnce(&mut StageTimes),
 ) -> Result<(), WireError> {
     let mut response = active.loan_slice_uninit(words).map_err(|error| out_of_memory(words, &error.to_string()))?;
-    let mut places = response.payload_mut().iter_mut();
-    // Pushed, not pulled: to ask a chain of so many sections for each word takes longer than to write it.
-    content.for_each(|word| {
-        if let Some(place) = places.next() {
-            place.write(word);
-        }
-    });
-    for place in places {
-        place.write(0);
-    }
-    // SAFETY: both loops together have written every word of the payload.
+    transport::fill(response.payload_mut(), content);
+    // SAFETY: every word of the payload was written.
     let mut response = unsafe { response.assume_init() };
     finish(&mut header.times);
     *response.user_header_mut() = header;

@@ -7,7 +7,9 @@ use std::time::Duration;
 
 use collided_kernel as kernel;
 use collided_kernel::{BodyId, GroupId};
-use collided_protocol::control::{Accuracy, BodyDynamics, BodySpec, Interest, InterestRule, PairAccuracy};
+use collided_protocol::control::{
+    Accuracy, BodyDynamics, BodySpec, ClampedOrder, Interest, InterestRule, PairAccuracy,
+};
 use collided_protocol::limits::MAX_BODIES;
 use collided_protocol::{Effect, Effects, ErrorCode, WireError};
 
@@ -120,31 +122,34 @@ impl SharedScene {
         self.lock().kernel.set_effects(kernel_effects(effects));
     }
 
-    /// Changes how exactly pairs without an accuracy of their own are answered, and what a step may take.
+    /// Changes how exactly pairs without an accuracy of their own are answered, and what a step may take. Returns the objects that have
+    /// no voxels of the order asked for.
     ///
     /// # Errors
     /// `BadAccuracy` names the field and its range.
-    pub fn set_accuracy(&self, accuracy: Accuracy) -> Result<(), WireError> {
+    pub fn set_accuracy(&self, accuracy: Accuracy) -> Result<Vec<ClampedOrder>, WireError> {
         let budget = settings_of_effects::budget(&accuracy)?;
         let accuracy = settings_of_effects::accuracy(&accuracy)?;
         let mut scene = self.lock();
         scene.kernel.set_accuracy(accuracy);
         scene.budget = budget;
-        Ok(())
+        Ok(clamped_orders(scene.bodies.values().map(|body| (body, accuracy.order))))
     }
 
-    /// Gives pairs an accuracy of their own, or takes it back: all, or none.
+    /// Gives pairs an accuracy of their own, or takes it back: all, or none. Returns the objects that have no voxels of the order asked for.
     ///
     /// # Errors
     /// `UnknownBody`; `BadMessage` for a pair of one body with itself; `BadAccuracy` names the bodies, the field and its range.
-    pub fn set_pair_accuracy(&self, pairs: &[PairAccuracy]) -> Result<(), WireError> {
+    pub fn set_pair_accuracy(&self, pairs: &[PairAccuracy]) -> Result<Vec<ClampedOrder>, WireError> {
         let mut scene = self.lock();
         let accuracies = pairs.iter().map(|pair| scene.pair_accuracy(pair)).collect::<Result<Vec<_>, _>>()?;
         for (pair, accuracy) in pairs.iter().zip(accuracies) {
             let set = scene.kernel.set_pair_accuracy(BodyId(pair.a), BodyId(pair.b), accuracy);
             set.map_err(|error| unknown_body(error.0.0))?;
         }
-        Ok(())
+        let order = |pair: &PairAccuracy| pair.accuracy.and_then(|accuracy| accuracy.order);
+        let bodies = pairs.iter().flat_map(|pair| [pair.a, pair.b].map(|id| (&scene.bodies[&id], order(pair))));
+        Ok(clamped_orders(bodies))
     }
 
     /// Gives bodies mass, or makes them static: all, or none.
@@ -285,6 +290,26 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// The objects of the bodies whose own order is below the one asked for, each once.
+fn clamped_orders<'s>(bodies: impl Iterator<Item = (&'s Body, Option<u32>)>) -> Vec<ClampedOrder> {
+    let mut clamped: BTreeMap<(&str, &str), (u32, u32)> = BTreeMap::new();
+    for (body, asked) in bodies {
+        let Some(asked) = asked else { continue };
+        let order = body.object.object().order();
+        if asked > order {
+            let (highest, _) = clamped.entry(body.object.names()).or_insert((asked, order));
+            *highest = asked.max(*highest);
+        }
+    }
+    let named = |((database, object), (asked, order)): ((&str, &str), (u32, u32))| ClampedOrder {
+        database: database.to_owned(),
+        object: object.to_owned(),
+        asked,
+        order,
+    };
+    clamped.into_iter().map(named).collect()
 }
 
 fn unknown_body(id: u32) -> WireError {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use collided_client::TransportError;
 use collided_client::transport::{
-    self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed,
+    self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed, look_for,
 };
 use collided_kernel::{Budget, StepError};
 use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
@@ -194,28 +194,24 @@ impl SceneThread {
 
     fn answer_until_stopped(&mut self) -> Result<(), TransportError> {
         loop {
-            self.answer_all()?;
+            self.answer_all(SPIN)?;
+            // A step that comes from here on wakes this thread again.
+            transport::forget_notifications(&self.ports.wake)?;
+            self.answer_all(Duration::ZERO)?;
             if transport::wait(&self.ports.wake, self.stopped.as_fd(), None)? == Woken::HungUp {
                 return Ok(());
             }
         }
     }
 
-    /// Answers steps until none has come for a while. It looks once more before it ends, however much time has gone by: the wake-up
-    /// for a step that came meanwhile may be used up.
-    fn answer_all(&mut self) -> Result<(), TransportError> {
-        let mut last = Instant::now();
+    /// Answers steps until none has come for as long as `patience`.
+    fn answer_all(&mut self, patience: Duration) -> Result<(), TransportError> {
         while !self.scene.has_ended() {
-            match self.ports.requests.receive().map_err(failed("receive a step"))? {
-                Some(active) => {
-                    self.answer(&active);
-                    drop(active);
-                    self.ports.reply.notify().map_err(failed("wake a client"))?;
-                    last = Instant::now();
-                }
-                None if last.elapsed() >= SPIN => break,
-                None => std::hint::spin_loop(),
-            }
+            let received = look_for(patience, || self.ports.requests.receive().map_err(failed("receive a step")))?;
+            let Some(active) = received else { break };
+            self.answer(&active);
+            drop(active);
+            self.ports.reply.notify().map_err(failed("wake a client"))?;
         }
         Ok(())
     }
@@ -310,8 +306,9 @@ impl Answer<'_> {
 
 /// The times that are known when the report is written.
 fn complete(times: &mut StageTimes, written: Instant, start: Instant) {
-    times.report = written.elapsed().as_nanos() as u64;
-    times.total = start.elapsed().as_nanos() as u64;
+    let now = Instant::now();
+    times.report = (now - written).as_nanos() as u64;
+    times.total = (now - start).as_nanos() as u64;
 }
 
 fn broken() -> WireError {

@@ -328,8 +328,26 @@ pub enum Reply {
         /// Their ids, in the order asked.
         ids: Vec<u32>,
     },
+    /// To [`Request::SetAccuracy`] and [`Request::SetPairAccuracy`].
+    AccuracySet {
+        /// The objects, of the bodies meant, whose own order is below the one asked for; ordered by database, then object.
+        clamped: Vec<ClampedOrder>,
+    },
     /// The request failed; nothing was changed.
     Error(WireError),
+}
+
+/// An object whose own order M is below the order that an accuracy asks for: M counts for its bodies.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct ClampedOrder {
+    /// Its database.
+    pub database: String,
+    /// Its name.
+    pub object: String,
+    /// The order asked for; the highest one, of several pairs.
+    pub asked: u32,
+    /// Its own order M.
+    pub order: u32,
 }
 
 /// What is known of an object.

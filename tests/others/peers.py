@@ -5,9 +5,10 @@
 
 Without arguments: the shipped meshes, generated poses, ours and parry. `--meshes` names a folder of meshes, `--poses` a file
 `NAME.npy` of poses, (n, 2, 3, 4) f64, or a folder of such files. `--pair NAME A B` says of which two meshes NAME.npy is; it is not
-needed for names of PAIRS below, nor where the folder has but one mesh or two. Beside NAME.npy, `NAME_motion_lin.npy` and
-`NAME_motion_rot.npy`, (n, 2, 2, 3, 4), hold motions; `many_1000.npy` and `many_5000.npy`, (steps, bodies, 3, 4), steps of
-low_poly_bunny. What is not there is generated.
+needed for names of PAIRS below, nor where the folder has but one mesh or two. Beside NAME.npy, `NAME.meta.json` says under `cls` of
+each pose whether it is 0, disjoint, 1, near, or 2, hit; `NAME_motion_lin.npy` and `NAME_motion_rot.npy`, (n, 2, 2, 3, 4), hold
+motions; `many_1000.npy` and `many_5000.npy`, (steps, bodies, 3, 4), steps of low_poly_bunny. What is not there is generated; a pose
+of which no class is said is disjoint where the boxes of the bodies are apart, by ours.
 
 `--libraries` names a folder with the programs `bench_fcl` and `bench_coal`, which are not part of this project. In a working
 directory with `../meshes/NAME.tri`, `../poses/NAME.npy` and `results/`, they take MODE NAME TAG A B ... and write a JSON file.
@@ -41,9 +42,9 @@ SHIPPED_PAIRS = {
 CROWD_MESH = "low_poly_bunny"
 ENDINGS = (".obj", ".stl", ".ply", ".off")
 PROGRAMS = {"FCL": "bench_fcl", "Coal": "bench_coal"}
-LIBRARIES = ["ours", "FCL", "Coal", "parry stock", "parry dual"]
-CLASSES = ["boxes apart", "near", "hit"]
-WORKS = ["boolean", "smooth", "polygon-pairs", "distance", "time-of-contact", "crowd", "build"]
+LIBRARIES = ["ours", "FCL", "Coal", "parry stock", "parry dual", "raw iceoryx2"]
+CLASSES = ["disjoint", "near", "hit"]
+WORKS = ["boolean", "batch", "smooth", "polygon-pairs", "distance", "time-of-contact", "crowd", "build", "shared-memory"]
 NO_CONTACT = 2.0
 SECONDS = 600
 
@@ -169,14 +170,21 @@ class Pair:
     def beside(self, ending):
         return self.poses and self.poses.with_name(f"{self.name}{ending}.npy")
 
+    def classes(self):
+        """What is said of the poses: of each its class; none where nothing is."""
+        path = self.poses and self.poses.with_name(f"{self.name}.meta.json")
+        return json.loads(path.read_text()).get("cls") if path and path.exists() else None
+
 
 def build_program():
     command = ["cargo", "build", "--release", "-p", "collided-tests", "--features", "parry", "--bin", "peers"]
-    built = subprocess.run([*command, "--message-format=json"], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    # The daemon, which the program starts.
+    command += ["--bin", "collided-under-test", "--message-format=json"]
+    built = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     if built.returncode:
         raise Trouble("the benchmark does not build")
-    messages = map(json.loads, built.stdout.splitlines())
-    return [message["executable"] for message in messages if message.get("executable")][-1]
+    executables = [message.get("executable") for message in map(json.loads, built.stdout.splitlines())]
+    return next(path for path in executables if path and Path(path).stem == "peers")
 
 
 def number(value):
@@ -208,14 +216,34 @@ def boolean(run, table, pair):
     about, records = run.ours_and_parry("pair", "boolean", *pair.words, "--poses", poses)
     for library, found in run.others("bool", pair.name, *map(run.mesh, pair.meshes)).items():
         records[library] = {"us": found["t_us"], "answers": found["answers"]}
-    ours = records["ours"]["answers"]
+    ours, classes = records["ours"]["answers"], pair.classes() or about["classes"]
     for library, record in records.items():
         remark = unlike(record["answers"], ours, lambda theirs, own: theirs == own)
         total = statistics.fmean(record["us"])
         table.row(f"boolean, {pair.name}", "ms per 1,000 poses", 0.5).add(library, total, remark)
         for number_of_class, name in enumerate(CLASSES):
-            times = [us for us, place in zip(record["us"], about["classes"]) if place == number_of_class]
+            times = [us for us, place in zip(record["us"], classes) if place == number_of_class]
             table.row(f"boolean, {pair.name}, {name}", "µs", 0.8).add(library, median(times))
+
+
+def batch(run, table, pair):
+    """Ours through shared memory, by a daemon with two threads; the others within a process, on one."""
+    poses = run.poses("poses", pair.name, pair.poses, pair.meshes, 1000)
+    _, records = run.ours_and_parry("batch", *pair.words, "--poses", poses)
+    for library, found in run.others("bool", pair.name, *map(run.mesh, pair.meshes)).items():
+        records[library] = {"us": found["t_us"], "answers": found["answers"]}
+    row = table.row(f"batch, {pair.name}, {len(records['ours']['us']):,} poses", "µs a pose", 0.35)
+    for library, record in records.items():
+        remark = unlike(record["answers"], records["ours"]["answers"], lambda theirs, own: theirs == own)
+        row.add(library, statistics.fmean(record["us"]), remark)
+
+
+def shared_memory(run, table):
+    steps = ["--steps", 200] if run.arguments.quick else []
+    for step in json.loads(run.command("shared-memory", *steps))["steps"]:
+        row = table.row(step["name"], "µs", step["asked"] or "–")
+        row.add("ours", step["ours"])
+        row.add("raw iceoryx2", step["raw"])
 
 
 def smooth(run, table, pair):
@@ -379,7 +407,7 @@ def paths(name, known, meshes):
 
 def one_round(run, table, pairs):
     arguments = run.arguments
-    asked = [("boolean", boolean), ("polygon-pairs", polygon_pairs), ("distance", distance)]
+    asked = [("boolean", boolean), ("batch", batch), ("polygon-pairs", polygon_pairs), ("distance", distance)]
     for work, function in [*asked, ("time-of-contact", time_of_contact)]:
         for pair in pairs if work in arguments.only else []:
             function(run, table, pair)
@@ -390,6 +418,8 @@ def one_round(run, table, pairs):
     if "crowd" in arguments.only:
         folder = arguments.poses and (arguments.poses if arguments.poses.is_dir() else arguments.poses.parent)
         crowd(run, table, arguments.meshes, folder)
+    if "shared-memory" in arguments.only:
+        shared_memory(run, table)
 
 
 def parsed():

@@ -18,7 +18,7 @@ pub struct Summary {
     pub error: Option<String>,
 }
 
-/// A client process that places one object twice at the identity, and steps.
+/// A client process that places one object twice, and steps.
 #[derive(Debug)]
 pub struct SteppingClient {
     child: Child,
@@ -28,13 +28,21 @@ pub struct SteppingClient {
 }
 
 impl SteppingClient {
-    /// Starts a client that uses `object` of `database`, and waits until it has made its first step.
+    /// Starts a client that places `object` of `database` twice at the identity, and waits until it has made its first step.
     ///
     /// # Panics
     /// When it does not come so far.
     pub fn start(daemon: &DaemonProcess, database: &str, object: &str) -> SteppingClient {
+        SteppingClient::start_with(daemon, database, object, 0.0)
+    }
+
+    /// As [`SteppingClient::start`], with the second body moved so far along z.
+    ///
+    /// # Panics
+    /// When it does not come so far.
+    pub fn start_with(daemon: &DaemonProcess, database: &str, object: &str, above: f64) -> SteppingClient {
         let mut command = Command::new(program("stepping_client"));
-        command.arg(daemon.directory()).args([database, object]);
+        command.arg(daemon.directory()).args([database, object, &above.to_string()]);
         let mut child =
             command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the client can be started");
         let mut stdout = BufReader::new(child.stdout.take().expect("stdout is piped"));

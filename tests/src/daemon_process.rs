@@ -21,10 +21,13 @@ static NEXT_DIRECTORY: AtomicU32 = AtomicU32::new(0);
 /// A program of this package, which cargo builds beside the tests.
 ///
 /// # Panics
-/// When the running test is not where cargo puts it.
+/// When the running test, benchmark or program is not where cargo puts it.
 pub fn program(name: &str) -> PathBuf {
-    let test = std::env::current_exe().expect("the test knows its own path");
-    let directory = test.parent().and_then(Path::parent).expect("tests stand in target/<profile>/deps");
+    let own = std::env::current_exe().expect("a program knows its own path");
+    let mut directory = own.parent().expect("a program stands in a folder");
+    if directory.ends_with("deps") {
+        directory = directory.parent().expect("tests stand in target/<profile>/deps, programs above");
+    }
     directory.join(name)
 }
 

@@ -18,6 +18,8 @@ pub mod npy;
 pub mod oracle;
 pub mod plain_f64;
 pub mod program_run;
+pub mod raw_iceoryx2;
+pub mod shared_memory;
 pub mod small_meshes;
 pub mod stages;
 pub mod touching_bodies;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use collided_client::{Accuracy, BodyId, BodySpec, Effect, Error, ErrorCode, Level, Scene, Verdict};
+use collided_client::{Accuracy, BodyId, BodySpec, ClampedOrder, Effect, Error, ErrorCode, Level, Scene, Verdict};
 use collided_tests::daemon_process::DaemonProcess;
 use collided_tests::small_meshes::at;
 use collided_tests::{crowd, meshes};
@@ -37,10 +37,14 @@ fn each_level_is_answered_at_that_level() {
         assert!(bound.apart_at_most > 0.0 && bound.deep_at_most > 0.0);
         assert_eq!(bound.orders, if asked == Level::Voxels { [12, 12] } else { [0, 0] });
     }
-    scene.set_accuracy(Accuracy { order: Some(99), ..level(Level::Voxels) }).expect("clamped");
+    let above = Accuracy { order: Some(99), ..level(Level::Voxels) };
+    let clamped = vec![ClampedOrder { database: "parts".into(), object: "bunny".into(), asked: 99, order: 12 }];
+    assert_eq!(scene.set_pair_accuracy(&[(BodyId(1), BodyId(0), Some(above))]).expect("clamped"), clamped);
+    assert_eq!(scene.set_pair_accuracy(&[(BodyId(1), BodyId(0), None)]).expect("taken back"), []);
+    assert_eq!(scene.set_accuracy(above).expect("clamped"), clamped);
     let report = scene.step(&transforms).expect("the step is good");
     assert_eq!(report.pairs().next().and_then(|pair| Some(pair.bound()?.orders)), Some([12, 12]), "no order above M");
-    scene.set_accuracy(Accuracy { order: Some(5), ..level(Level::Voxels) }).expect("an order");
+    assert_eq!(scene.set_accuracy(Accuracy { order: Some(5), ..level(Level::Voxels) }).expect("an order"), []);
     scene.set_pair_accuracy(&[(BodyId(1), BodyId(0), Some(level(Level::Polygons)))]).expect("a pair of its own");
     let report = scene.step(&transforms).expect("the step is good");
     let pair = report.pairs().next().expect("they meet");

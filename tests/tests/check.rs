@@ -171,6 +171,26 @@ fn a_scene_and_a_pair_have_an_accuracy() {
 }
 
 #[test]
+fn an_order_above_that_of_an_object_is_said_to_be_clamped() {
+    const NOTE: &str = "scene.json: accuracy: order 9 is above order 0 of object \"square\", which counts";
+    let folder = Folder::new();
+    let mut scene = two_squares(json!([{}]));
+    scene["effects"] = json!(["interference"]);
+    let accuracy = json!({ "level": "voxels", "order": 9 });
+    scene["accuracy"] = accuracy.clone();
+    let run = folder.check_scene(&scene);
+    assert_eq!((run.status, run.stderr.matches(NOTE).count()), (Some(1), 1), "{}", run.stderr);
+    assert_eq!(lines_of(&run)[0]["pairs"][0]["bound"]["orders"], json!([0, 0]));
+    scene["accuracy"] = json!({});
+    scene["interest"] = json!([{ "pair": ["b", "a"], "accuracy": accuracy }]);
+    let run = folder.check_scene(&scene);
+    assert!(run.stderr.contains(NOTE), "{}", run.stderr);
+    scene["interest"] = json!([{ "pair": ["b", "a"], "accuracy": { "level": "voxels", "order": 0 } }]);
+    let run = folder.check_scene(&scene);
+    assert!(!run.stderr.contains("above"), "{}", run.stderr);
+}
+
+#[test]
 fn a_bad_accuracy_is_named_with_its_place_and_remedy() {
     let folder = Folder::new();
     let cases = [

@@ -14,12 +14,13 @@ fn peers(arguments: &[&str]) -> std::process::Output {
 }
 
 /// Poses of a bunny and the answers to a question, by the names of the libraries.
-fn ask(directory: &Path, question: &str) -> (Value, Vec<(String, Vec<f64>)>) {
+fn ask(directory: &Path, question: &[&str]) -> (Value, Vec<(String, Vec<f64>)>) {
     let (mesh, poses) = (meshes::path("low_poly_bunny"), directory.join("poses.npy"));
     let [mesh, poses] = [&mesh, &poses].map(|path| path.to_str().expect("a plain path"));
     let generated = peers(&["generate", "poses", "--mesh-a", mesh, "--count", "30", "--out", poses]);
     assert!(generated.status.success(), "{}", String::from_utf8_lossy(&generated.stderr));
-    let asked = peers(&["pair", question, "--mesh-a", mesh, "--poses", poses, "--passes", "1", "--seconds", "600"]);
+    let arguments = ["--mesh-a", mesh, "--poses", poses, "--passes", "1", "--seconds", "600"];
+    let asked = peers(&[question, &arguments].concat());
     assert!(asked.status.success(), "{}", String::from_utf8_lossy(&asked.stderr));
     let about: Value = serde_json::from_slice(&asked.stdout).expect("JSON");
     let numbers = |values: &Value| serde_json::from_value::<Vec<f64>>(values.clone()).expect("numbers");
@@ -37,7 +38,7 @@ fn ask(directory: &Path, question: &str) -> (Value, Vec<(String, Vec<f64>)>) {
 #[test]
 fn verdicts_agree_on_poses_of_every_class() {
     let directory = RuntimeDirectory::new();
-    let (about, answers) = ask(directory.path(), "boolean");
+    let (about, answers) = ask(directory.path(), &["pair", "boolean"]);
     let classes = about["classes"].as_array().expect("classes");
     assert!([0.0, 1.0, 2.0].iter().all(|class| classes.iter().any(|is| is == class)), "{classes:?}");
     assert_eq!(
@@ -50,9 +51,29 @@ fn verdicts_agree_on_poses_of_every_class() {
 }
 
 #[test]
+fn the_verdicts_of_a_batch_agree() {
+    let directory = RuntimeDirectory::new();
+    let (_, answers) = ask(directory.path(), &["batch"]);
+    assert_eq!(answers.len(), 3);
+    for (name, answers_of_it) in &answers {
+        assert_eq!((answers_of_it.len(), answers_of_it), (30, &answers[0].1), "{name}");
+    }
+}
+
+#[test]
+fn steps_through_shared_memory_are_measured_beside_raw_ones() {
+    let measured = peers(&["shared-memory", "--steps", "10"]);
+    assert!(measured.status.success(), "{}", String::from_utf8_lossy(&measured.stderr));
+    let measured: Value = serde_json::from_slice(&measured.stdout).expect("JSON");
+    let steps = measured["steps"].as_array().expect("a list");
+    let is_time = |value: &Value| value.as_f64().is_some_and(|us| us >= 0.0);
+    assert!(steps.len() > 3 && steps.iter().all(|step| is_time(&step["raw"]) && is_time(&step["ours"])), "{measured}");
+}
+
+#[test]
 fn distances_agree() {
     let directory = RuntimeDirectory::new();
-    let (_, answers) = ask(directory.path(), "distance");
+    let (_, answers) = ask(directory.path(), &["pair", "distance"]);
     for (ours, parry) in answers[0].1.iter().zip(&answers[1].1) {
         assert!(*ours > 0.0 && (ours - parry).abs() <= 1e-6 * ours, "{ours} {parry}");
     }

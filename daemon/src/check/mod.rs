@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use collided_client::{BodyId, BodySpec, Client, Report, Scene, StepInput};
+use collided_client::{BodyId, BodySpec, ClampedOrder, Client, Report, Scene, StepInput};
 use collided_protocol::names::DEFAULT_INSTANCE;
 
 use crate::own_process::{INTERRUPTED, Interrupt};
@@ -117,8 +117,14 @@ fn check_scene(
 ) -> Result<Outcome, CheckError> {
     let file = SceneFile::read(path)?;
     let objects = Objects::load(client, path, &file)?;
-    let (mut scene, bodies) = create(client, &file, &objects)
+    let (mut scene, bodies, clamped) = create(client, &file, &objects)
         .map_err(|source| CheckError::Scene { path: path.to_owned(), source: source.into() })?;
+    for ClampedOrder { object, asked, order, .. } in clamped {
+        let path = path.display();
+        eprintln!(
+            "collided: {path}: accuracy: order {asked} is above order {order} of object \"{object}\", which counts"
+        );
+    }
     let effects = PairEffects::of(&file);
     output.begin(path, &file)?;
     let mut outcome = Outcome::Clear;
@@ -149,12 +155,12 @@ fn take(scene: &mut Scene, bodies: &[BodyId], step: &Step) -> Result<Report, col
     scene.step_with(&StepInput { transforms, rigid, velocities, delta_time: step.delta_time })
 }
 
-/// The scene of a file in the daemon, and its bodies in the order of the file.
+/// The scene of a file in the daemon, its bodies in the order of the file, and the objects that have no voxels of an order asked for.
 fn create(
     client: &Client,
     file: &SceneFile,
     objects: &Objects,
-) -> Result<(Scene, Vec<BodyId>), collided_client::Error> {
+) -> Result<(Scene, Vec<BodyId>, Vec<ClampedOrder>), collided_client::Error> {
     let mut scene = client.scene("check").effects(file.effects.iter()).create()?;
     scene.set_deadline(STEP_DEADLINE);
     let specs: Vec<BodySpec> = file
@@ -171,11 +177,11 @@ fn create(
     let bodies = scene.add_bodies(&specs)?;
     let rules: Vec<_> = file.interest.iter().map(|rule| (bodies[rule.a], bodies[rule.b], rule.interest)).collect();
     scene.set_interest(&rules)?;
-    scene.set_accuracy(file.accuracy)?;
+    let mut clamped = scene.set_accuracy(file.accuracy)?;
     let accuracies: Vec<_> =
         file.interest.iter().filter_map(|rule| Some((bodies[rule.a], bodies[rule.b], Some(rule.accuracy?)))).collect();
-    scene.set_pair_accuracy(&accuracies)?;
+    clamped.extend(scene.set_pair_accuracy(&accuracies)?);
     let dynamics: Vec<_> = file.dynamics.iter().map(|&(body, dynamics)| (bodies[body], Some(dynamics))).collect();
     scene.set_dynamics(&dynamics)?;
-    Ok((scene, bodies))
+    Ok((scene, bodies, clamped))
 }

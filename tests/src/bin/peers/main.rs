@@ -3,6 +3,7 @@
 //! Prints one JSON object: of each library the microseconds and the answer of each pose, motion, step or build.
 //! `tests/others/peers.py` runs it, beside other libraries if they are there, and prints the table.
 
+mod daemon;
 mod generated;
 mod ours;
 mod parry;
@@ -38,6 +39,22 @@ enum Command {
         count: Option<usize>,
         #[command(flatten)]
         limits: Limits,
+    },
+    /// All poses of two meshes in one message to a daemon with two threads, beside parry, pose by pose, in this process
+    Batch {
+        #[command(flatten)]
+        meshes: Meshes,
+        /// Poses, as for pairs
+        #[arg(long)]
+        poses: PathBuf,
+        #[command(flatten)]
+        limits: Limits,
+    },
+    /// Steps through shared memory to a daemon with two threads, beside raw iceoryx2 of the same shape
+    SharedMemory {
+        /// How many of each shape
+        #[arg(long, default_value_t = 500)]
+        steps: usize,
     },
     /// Times of contact of two meshes
     TimeOfContact {
@@ -168,6 +185,8 @@ fn run(command: &Command) -> Result<(), AnyError> {
         Command::Pair { question, meshes, poses, count, limits } => {
             work::pair(*question, meshes.paths(), poses, *count, limits)
         }
+        Command::Batch { meshes, poses, limits } => daemon::batch(meshes.paths(), poses, limits),
+        Command::SharedMemory { steps } => daemon::shared_memory(*steps),
         Command::TimeOfContact { meshes, motions, rigid, limits } => {
             work::time_of_contact(meshes.paths(), motions, *rigid, limits)
         }

@@ -16,37 +16,41 @@ use crate::parry::Parts;
 use crate::turns::{Contender, Limits, Record, in_turns, timed};
 use crate::{AnyError, Question, ours, parry};
 
-const OURS: &str = "ours";
+pub const OURS: &str = "ours";
 const STOCK: &str = "parry stock";
 const DUAL: &str = "parry dual";
 
 /// A mesh as each library holds it; the same triangles, numbered alike.
-struct Model {
+pub struct Model {
     object: Arc<Object>,
     mesh: TriMesh,
 }
 
 impl Model {
-    fn read(path: &Path) -> Model {
+    pub fn read(path: &Path) -> Model {
         let triangles = in_triangles(&meshes::read(path)).mesh;
         Model { mesh: Parts::of(&triangles).build(), object: meshes::build(triangles, None) }
     }
 }
 
 /// Poses as each library takes them. Conversion is not timed.
-struct Poses {
+pub struct Poses {
     rows: Vec<[Rows; 2]>,
     /// Of A, of B, and of B in A.
     parry: Vec<[Pose; 3]>,
 }
 
 impl Poses {
-    fn new(rows: Vec<[Rows; 2]>) -> Poses {
+    pub fn new(rows: Vec<[Rows; 2]>) -> Poses {
         let convert = |[a, b]: &[Rows; 2]| {
             let [a, b] = [a, b].map(parry::pose);
             [a, b, a.inv_mul(&b)]
         };
         Poses { parry: rows.iter().map(convert).collect(), rows }
+    }
+
+    pub fn count(&self) -> usize {
+        self.rows.len()
     }
 }
 
@@ -69,11 +73,11 @@ pub fn pair(
         let selected = (0..rows.len()).filter(|&pose| wanted(classes[pose]));
         let selected: Vec<usize> = selected.take(count.unwrap_or(usize::MAX)).collect();
         let poses = Poses::new(selected.iter().map(|&pose| rows[pose]).collect());
-        let records = in_turns(contenders(question, &models, &poses), poses.rows.len(), limits);
+        let records = in_turns(contenders(question, &models, &poses), poses.count(), limits);
         let classes: Vec<f64> = selected.iter().map(|&pose| classes[pose]).collect();
         print(&records, json!({ "poses": selected, "classes": classes }));
     };
-    pool(1).install(run);
+    on_one_thread(run);
     Ok(())
 }
 
@@ -86,17 +90,11 @@ fn classes([a, b]: &[Model; 2], rows: &[[Rows; 2]]) -> Vec<f64> {
 fn contenders<'a>(question: Question, models: &'a [Model; 2], poses: &'a Poses) -> Vec<Contender<'a>> {
     let [a, b] = models;
     let dual = |at: &'a [Pose; 3]| parry::dual(&at[2], &a.mesh, &b.mesh);
-    let stock = move |pose: usize| {
-        let [at_a, at_b, _] = &poses.parry[pose];
-        timed(|| f64::from(parry::stock(at_a, &a.mesh, at_b, &b.mesh)))
-    };
     let ours = |effects, answer| our_answers(models, poses, effects, answer, question != Question::Smooth);
     match question {
-        Question::Boolean | Question::Smooth => vec![
-            ours(Effects::INTERFERENCE, ours::interfering),
-            Contender::new(STOCK, stock),
-            Contender::new(DUAL, move |pose| timed(|| f64::from(dual(&poses.parry[pose]).next().is_some()))),
-        ],
+        Question::Boolean | Question::Smooth => std::iter::once(ours(Effects::INTERFERENCE, ours::interfering))
+            .chain(parrys_booleans(models, poses))
+            .collect(),
         Question::PolygonPairs => {
             let mut pairs = Vec::new();
             vec![
@@ -118,6 +116,19 @@ fn contenders<'a>(question: Question, models: &'a [Model; 2], poses: &'a Poses) 
             }),
         ],
     }
+}
+
+/// Parry's ways to ask whether two meshes interfere.
+pub fn parrys_booleans<'a>([a, b]: &'a [Model; 2], poses: &'a Poses) -> Vec<Contender<'a>> {
+    vec![
+        Contender::new(STOCK, move |pose| {
+            let [at_a, at_b, _] = &poses.parry[pose];
+            timed(|| f64::from(parry::stock(at_a, &a.mesh, at_b, &b.mesh)))
+        }),
+        Contender::new(DUAL, move |pose| {
+            timed(|| f64::from(parry::dual(&poses.parry[pose][2], &a.mesh, &b.mesh).next().is_some()))
+        }),
+    ]
 }
 
 fn our_answers<'a>(
@@ -151,7 +162,7 @@ pub fn time_of_contact(paths: [&PathBuf; 2], motions: &Path, rigid: bool, limits
         ];
         print(&in_turns(contenders, motions.len(), limits), json!({}));
     };
-    pool(1).install(run);
+    on_one_thread(run);
     Ok(())
 }
 
@@ -216,11 +227,16 @@ fn in_use(object: Arc<Object>) -> f64 {
     object.memory_bytes() as f64
 }
 
+/// Runs it on one thread of its own.
+pub fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
+    pool(1).install(run)
+}
+
 fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started")
 }
 
-fn print(records: &[Record], mut about: Value) {
+pub fn print(records: &[Record], mut about: Value) {
     about["libraries"] = json!(records);
     println!("{about}");
 }
