@@ -171,19 +171,19 @@ impl StepChannel {
     }
 
     pub(crate) fn send_dense(self: &Arc<Self>, client: &Client, transforms: &[Rows]) -> Result<Pending, Error> {
-        let words: &[Word] = bytemuck::cast_slice(transforms);
+        let (header, words) = (header(STEP_DENSE, transforms.len()), bytemuck::cast_slice::<Rows, Word>(transforms));
         let request = self.loan(words.len())?.write_from_slice(words);
-        self.send(client, request, header(STEP_DENSE, transforms.len()))
+        self.send(client, request, header)
     }
 
     pub(crate) fn send_input(self: &Arc<Self>, client: &Client, input: &StepInput<'_>) -> Result<Pending, Error> {
-        let request = filled(self.loan(input.word_count())?, input.words());
         let header = StepHeader {
             rigid_count: input.rigid.len() as u32,
             velocity_count: input.velocities.len() as u32,
             delta_time: input.delta_time,
             ..header(STEP_SPARSE, input.transforms.len())
         };
+        let request = filled(self.loan(input.word_count())?, input.words());
         self.send(client, request, header)
     }
 
@@ -193,21 +193,21 @@ impl StepChannel {
         count: usize,
         write: impl FnOnce(&mut [Rows]),
     ) -> Result<Pending, Error> {
-        let words = step_words(STEP_DENSE, count);
+        let (header, words) = (header(STEP_DENSE, count), step_words(STEP_DENSE, count));
         self.check_room(words)?;
         let mut request = self.requests.loan_slice(words).map_err(loan_error)?;
         write(bytemuck::cast_slice_mut(request.payload_mut()));
-        self.send(client, request, header(STEP_DENSE, count))
+        self.send(client, request, header)
     }
 
     pub(crate) fn send_batch(self: &Arc<Self>, client: &Client, batch: &Batch<'_>) -> Result<Pending, Error> {
         let count = batch.count()?;
-        let request = filled(self.loan(batch_words(batch.bodies.len(), count))?, batch.words());
         let header = StepHeader {
             candidate_count: count as u32,
             stop_at: batch.stop_at.map_or(STOP_NEVER, |verdict| STOP_NEVER + 1 + verdict as u32),
             ..header(STEP_BATCH, batch.bodies.len())
         };
+        let request = filled(self.loan(batch_words(batch.bodies.len(), count))?, batch.words());
         self.send(client, request, header)
     }
 
@@ -350,6 +350,7 @@ impl StepChannel {
     }
 }
 
+/// The header of a step, which begins here.
 fn header(kind: u32, transform_count: usize) -> StepHeader {
     StepHeader {
         protocol: PROTOCOL_VERSION,
@@ -357,6 +358,7 @@ fn header(kind: u32, transform_count: usize) -> StepHeader {
         transform_count: transform_count as u32,
         candidate_count: 1,
         motion: MOTION_LINEAR,
+        began: transport::monotonic_nanoseconds(),
         ..StepHeader::default()
     }
 }

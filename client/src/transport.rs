@@ -128,6 +128,13 @@ pub fn service_name(name: &str) -> Result<ServiceName, TransportError> {
     ServiceName::new(name).map_err(failed("name a service"))
 }
 
+/// Nanoseconds of the host's monotonic clock: the same for all of its processes.
+pub fn monotonic_nanoseconds() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    // The clock starts at 0 when the host does.
+    now.tv_sec.unsigned_abs() * 1_000_000_000 + now.tv_nsec.unsigned_abs()
+}
+
 /// Turns an error of a lower layer into a [`TransportError`].
 pub fn failed<E: Display>(action: &'static str) -> impl Fn(E) -> TransportError {
     move |cause| TransportError::new(action, cause)

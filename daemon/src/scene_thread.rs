@@ -184,12 +184,18 @@ impl SceneThread {
         let _ = reply.notify();
     }
 
-    /// What a step takes besides the kernel, if it is like the last one: the client writes the words, the daemon the report, and
-    /// the client reads that, which takes about as long.
-    fn outside(&self, words: usize) -> Duration {
-        /// Measured (benchmark `budgets`): to write a word and to have it in the other process.
+    /// What a step takes besides the kernel, if it is like the last one: what it took the client to write it, and the daemon to write the
+    /// report, and the client to read that, which takes about as long.
+    fn outside(&self, header: &StepHeader, words: usize) -> Duration {
+        /// Measured (benchmark `budgets`): to write a word and to have it in the other process, at most. What a step waited for others is
+        /// not its own, and a client may write what it likes.
         const WORD: f64 = 3.5e-9;
-        Duration::from_secs_f64(words as f64 * WORD) + 2 * self.writing
+        const MESSAGE: Duration = Duration::from_micros(10);
+        let written = match header.began {
+            0 => Duration::MAX,
+            began => Duration::from_nanos(transport::monotonic_nanoseconds().saturating_sub(began)),
+        };
+        written.min(MESSAGE + Duration::from_secs_f64(words as f64 * WORD)) + 2 * self.writing
     }
 
     fn answer_until_stopped(&mut self) -> Result<(), TransportError> {
@@ -243,7 +249,7 @@ impl SceneThread {
         reply: ReportHeader,
         start: Instant,
     ) -> Result<(), WireError> {
-        let outside = self.outside(words.len());
+        let outside = self.outside(header, words.len());
         let message = step_payload::read(header, words, &mut self.copied)?;
         if scene.broken {
             return Err(broken());

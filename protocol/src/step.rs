@@ -64,6 +64,8 @@ pub struct StepHeader {
     /// Of a batch: [`STOP_NEVER`], or 1 plus the code of a [`Verdict`](crate::report::Verdict); candidates behind the first one of it need
     /// not be looked at. Else zero.
     pub stop_at: u32,
+    /// When the client began to write the step, in nanoseconds of the host's monotonic clock; zero when unknown. A budget counts from then on.
+    pub began: u64,
 }
 
 /// A body that moves rigidly from its last transform, and has none in this step: at the time t from 0 to 1 its vertices are at
@@ -103,7 +105,7 @@ pub struct VelocityRecord {
 const RIGID_WORDS: usize = size_of::<RigidRecord>() / size_of::<Word>();
 const VELOCITY_WORDS: usize = size_of::<VelocityRecord>() / size_of::<Word>();
 
-const _: () = assert!(size_of::<StepHeader>() == 48);
+const _: () = assert!(size_of::<StepHeader>() == 56);
 const _: () = assert!(RIGID_WORDS == 11 && VELOCITY_WORDS == 7);
 const _: () = assert!(ROWS_WORDS == 12);
 

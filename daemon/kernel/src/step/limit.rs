@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use super::Clock;
 use crate::accuracy::Budget;
 
-/// Time within which another thread has hardly woken up, in nanoseconds.
-const TOO_SHORT_TO_SHARE: u64 = 100_000;
+/// Time within which another thread has hardly woken up, in nanoseconds: a client that waits for a short step keeps a processor busy.
+const TOO_SHORT_TO_SHARE: u64 = 300_000;
 
 /// The budget of a step under way.
 pub(crate) struct Limit<'c> {

@@ -122,10 +122,13 @@ const MOST_VOXELS: usize = 32;
 /// A node of the matrix on the way down: its number, its place in the lattice of its level, and which children are still to be looked at.
 type Node = (u32, [u32; 3], u64);
 
+/// A block of a larger share of the container is hardly ever empty: not worth a look.
+const LARGEST_BLOCK: f64 = 1.0 / 16.0;
+
 /// Whether no voxel in a block is proven to be occupied there. May give up.
 fn is_vacant(matrix: &VoxelMatrix, block: &Block) -> bool {
     let levels = matrix.lattice().levels();
-    let Some(first) = levels.first() else { return false };
+    let Some(first) = levels.first().filter(|_| block.share() < LARGEST_BLOCK) else { return false };
     let mut path: [Node; MAX_LEVELS] = [(0, [0; 3], 0); MAX_LEVELS];
     path[0].2 = matrix.node(0, 0).occupied & children_in(first, [0; 3], block);
     let (mut level, mut looked_at) = (0, 0);
@@ -180,6 +183,11 @@ enum Meets {
 }
 
 impl Block {
+    /// Of the container's volume.
+    fn share(&self) -> f64 {
+        (0..3).map(|axis| f64::from(self.last[axis] - self.first[axis]) * (1.0 / f64::from(LAST))).product()
+    }
+
     /// How the box within a voxel lies to the block.
     #[inline]
     fn meets(&self, bounds: &CellBox, at: [u32; 3], halved: &LatticeLevel) -> Meets {
