@@ -14,7 +14,7 @@ const STEPS_AFTER_REST: usize = 200;
 
 fn main() {
     let bench = Bench::new();
-    println!("{:60} |   raw us |  ours us | ratio (range)      | asked", "step");
+    println!("{:60} |   raw us |  ours us | ratio (range)      | asked | kernel us", "step");
     let wanted = std::env::args().skip(1).find(|argument| !argument.starts_with('-')).unwrap_or_default();
     for shape in SHAPES.iter().filter(|shape| shape.name.contains(&wanted)) {
         row(&(0..ROUNDS).map(|_| bench.round(shape, steps(shape))).collect::<Vec<_>>());
@@ -31,6 +31,7 @@ fn row(rounds: &[Measured]) {
         values.sort_by(f64::total_cmp);
         values
     };
+    let kernel = sorted(|round| round.kernel)[rounds.len() / 2];
     let (raw, ours, ratios) =
         (sorted(|round| round.raw), sorted(|round| round.ours), sorted(|round| round.ours / round.raw));
     let middle = rounds.len() / 2;
@@ -38,7 +39,7 @@ fn row(rounds: &[Measured]) {
     let (lowest, highest) = (ratios[0], ratios[rounds.len() - 1]);
     let Measured { name, .. } = rounds[0];
     println!(
-        "{name:60} | {:8.2} | {:8.2} | {:.2} ({lowest:.2}–{highest:.2}) | {asked}",
+        "{name:60} | {:8.2} | {:8.2} | {:.2} ({lowest:.2}–{highest:.2}) | {asked:5} | {kernel:.2}",
         raw[middle], ours[middle], ratios[middle]
     );
 }

@@ -71,12 +71,14 @@ pub struct Measured {
     pub raw: f64,
     /// Of the daemon, in microseconds.
     pub ours: f64,
+    /// What of it, or besides where the kernel is left out, the kernel takes.
+    pub kernel: f64,
 }
 
 /// A daemon and its client.
 pub struct Bench {
     client: Client,
-    daemon: DaemonProcess,
+    _daemon: DaemonProcess,
 }
 
 impl Default for Bench {
@@ -94,12 +96,7 @@ impl Bench {
         let daemon = DaemonProcess::start_with(&["--threads", "2"]);
         let client = daemon.client();
         client.database("bench").load("bunny", meshes::path(MESH)).expect("the mesh loads");
-        Bench { client, daemon }
-    }
-
-    /// Its process id.
-    pub fn daemon(&self) -> u32 {
-        self.daemon.pid()
+        Bench { client, _daemon: daemon }
     }
 
     /// Steps of raw iceoryx2, then as many of the daemon; none of the two runs while the other is measured.
@@ -108,19 +105,16 @@ impl Bench {
     /// When a step fails.
     pub fn round(&self, shape: &Shape, steps: usize) -> Measured {
         let raw = raw(shape, steps);
-        let ours = self.ours(shape, steps);
-        Measured { name: shape.name, asked: shape.asked, raw, ours }
+        let [ours, kernel] = self.ours(shape, steps);
+        Measured { name: shape.name, asked: shape.asked, raw, ours, kernel }
     }
 
-    /// The median of so many steps of the daemon, in microseconds.
-    ///
-    /// # Panics
-    /// When a step fails.
-    pub fn ours(&self, shape: &Shape, steps: usize) -> f64 {
+    /// Medians of so many steps of the daemon: what is measured, and what the kernel takes.
+    fn ours(&self, shape: &Shape, steps: usize) -> [f64; 2] {
         let (mut scene, size) = self.scene(shape);
         let places = [0.0, 1e-3].map(|shift| places(shape, size, if shape.moving { shift } else { 0.0 }));
         let mut turn = places.iter().cycle();
-        median_of(steps, || {
+        medians_of(steps, || {
             rest(shape);
             let rows = turn.next().expect("a cycle has no end");
             let start = Instant::now();
@@ -128,7 +122,8 @@ impl Bench {
             let listed = report.pairs().map(|pair| pair.verdict() as usize).sum::<usize>();
             let whole = start.elapsed();
             assert_eq!(listed, shape.pairs, "each pair interferes");
-            if shape.outside { whole.saturating_sub(in_kernel(report.times())) } else { whole }
+            let kernel = in_kernel(report.times());
+            [if shape.outside { whole.saturating_sub(kernel) } else { whole }, kernel]
         })
     }
 
@@ -155,12 +150,13 @@ fn places(shape: &Shape, size: f64, shift: f64) -> Vec<Rows> {
 fn raw(shape: &Shape, steps: usize) -> f64 {
     let words: Vec<Word> = vec![1; shape.bodies * ROWS_WORDS];
     let raw = Raw::start(shape.waiting, words.len(), shape.pairs * size_of::<PairRecord>() / size_of::<Word>());
-    median_of(steps, || {
+    let [whole] = medians_of(steps, || {
         rest(shape);
         let start = Instant::now();
         std::hint::black_box(raw.round_trip(std::hint::black_box(&words)));
-        start.elapsed()
-    })
+        [start.elapsed()]
+    });
+    whole
 }
 
 /// So long that both sides have fallen asleep.
@@ -171,13 +167,16 @@ fn rest(shape: &Shape) {
 }
 
 /// In microseconds, after a tenth as many steps that are not measured.
-fn median_of(steps: usize, mut step: impl FnMut() -> Duration) -> f64 {
+fn medians_of<const N: usize>(steps: usize, mut step: impl FnMut() -> [Duration; N]) -> [f64; N] {
     for _ in 0..steps / 10 {
         step();
     }
-    let mut times: Vec<f64> = (0..steps).map(|_| step().as_secs_f64() * 1e6).collect();
-    times.sort_by(f64::total_cmp);
-    times[steps / 2]
+    let times: Vec<[Duration; N]> = (0..steps).map(|_| step()).collect();
+    std::array::from_fn(|what| {
+        let mut times: Vec<Duration> = times.iter().map(|times| times[what]).collect();
+        times.sort_unstable();
+        times[steps / 2].as_secs_f64() * 1e6
+    })
 }
 
 fn in_kernel(times: &StageTimes) -> Duration {
