@@ -128,6 +128,11 @@ impl CellBoxes {
         &self.voxels[level][number as usize]
     }
 
+    /// How many there are of octants of the nodes of `level`, and of their children.
+    pub fn counts(&self, level: usize) -> [usize; 2] {
+        [self.octants[level].len(), self.voxels[level].len()]
+    }
+
     /// Memory held, in bytes.
     pub fn memory_bytes(&self) -> usize {
         let boxes = self.voxels.iter().chain(&self.octants).map(|boxes| size_of_val(boxes.as_slice()));

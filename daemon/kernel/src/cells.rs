@@ -224,6 +224,18 @@ impl Parts {
     pub fn pass(&mut self) {
         self.next += 1;
     }
+
+    /// Number of the next part, of the octants or of the voxels of the level.
+    #[inline(always)]
+    pub fn next(&self) -> u32 {
+        self.next
+    }
+
+    /// Goes to the part of this number.
+    #[inline(always)]
+    pub fn go_to(&mut self, number: u32) {
+        self.next = number;
+    }
 }
 
 impl Node {

@@ -7,7 +7,7 @@
 //! | [`mesh`], `triangulation`, [`topology`], [`object`] | polygons, cut into triangles; what they are as a surface |
 //! | [`container`] | the object's box and its halving |
 //! | `grid`, `polygon_box`, `voxel_lists`, [`voxel_matrix`], `cells`, `cell_boxes` | which polygons occupy which voxel |
-//! | `voxel_slabs` | how thin the surface is in a voxel |
+//! | `cell_shapes` | how thin the surface is in a cell |
 //!
 //! | each step | |
 //! |---|---|
@@ -41,9 +41,9 @@ mod grid;
 mod polygon_box;
 mod voxel_lists;
 pub mod voxel_matrix;
+mod cell_shapes;
 mod cells;
 mod cell_boxes;
-mod voxel_slabs;
 
 pub mod scene;
 pub mod accuracy;

@@ -2,12 +2,12 @@
 
 use std::sync::OnceLock;
 
+use crate::cell_shapes::CellShapes;
 use crate::container::{Container, MAX_ORDER};
 use crate::mesh::PolygonMesh;
 use crate::topology::Topology;
 use crate::triangulation::triangulate;
 use crate::voxel_matrix::{VoxelMatrix, automatic_order};
-use crate::voxel_slabs::VoxelSlabs;
 use crate::workforce::Workforce;
 
 /// The most vertices, polygons or corners of one object.
@@ -25,7 +25,7 @@ pub struct Object {
     polygon_of: Vec<u32>,
     polygon_count: usize,
     matrix: VoxelMatrix,
-    slabs: OnceLock<VoxelSlabs>,
+    shapes: OnceLock<CellShapes>,
     reach: [f64; 3],
     topology: OnceLock<Topology>,
 }
@@ -139,7 +139,7 @@ impl Object {
             triangles,
             polygon_of,
             matrix,
-            slabs: OnceLock::new(),
+            shapes: OnceLock::new(),
             reach,
             topology: OnceLock::new(),
         })
@@ -191,8 +191,9 @@ impl Object {
         self.topology.get_or_init(|| Topology::of(&self.vertices, &self.triangles))
     }
 
-    pub(crate) fn slabs(&self) -> &VoxelSlabs {
-        self.slabs.get_or_init(|| VoxelSlabs::build(&self.vertices, &self.triangles, &self.matrix))
+    /// How thin the surface is in each cell. Found out when first asked.
+    pub(crate) fn shapes(&self) -> &CellShapes {
+        self.shapes.get_or_init(|| CellShapes::build(self))
     }
 
     /// Order M of the voxel matrix: halvings made.
@@ -212,7 +213,7 @@ impl Object {
             + size_of_val(self.polygon_of.as_slice())
             + self.matrix.memory_bytes()
             + self.topology.get().map_or(0, Topology::memory_bytes)
-            + self.slabs.get().map_or(0, VoxelSlabs::memory_bytes)
+            + self.shapes.get().map_or(0, CellShapes::memory_bytes)
     }
 
     /// The largest magnitude of each coordinate over all vertices, used or not.

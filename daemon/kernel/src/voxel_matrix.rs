@@ -136,11 +136,6 @@ impl VoxelMatrix {
         self.levels[level][number as usize]
     }
 
-    /// Voxels of a level that is halved further.
-    pub(crate) fn node_count(&self, level: usize) -> usize {
-        self.levels[level].len()
-    }
-
     /// How many triangles occupy a voxel of `level`.
     #[inline]
     pub(crate) fn triangle_count(&self, level: usize, number: u32) -> u32 {

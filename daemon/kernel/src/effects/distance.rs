@@ -1,31 +1,35 @@
 //! The effect `distance`: the minimum distance of two placed objects, and their nearest points.
 //!
-//! The two pyramids are descended together, depth first, the pair of voxels with the smallest bound first; what cannot be as near as the best
-//! pair of triangles so far is left out. Pairs of triangles that have a common point are told by the exact test, so the value is
-//! 0 exactly when the bodies interfere.
+//! The two pyramids are descended together, [cell](crate::cells) by cell: of a pair of cells the larger one is cut, and each of its parts
+//! is bounded beside the other. Pairs that leave most room for something nearer come first, so that hardly more are cut than a
+//! search would cut that knows the distance beforehand. What cannot be as near as the best pair of triangles so far is left out.
+//! Pairs of triangles that have a common point are told by the exact test, so the value is 0 exactly when the bodies interfere.
 //!
 //! # Why the answer does not depend on the order M
 //! Every bound is below the true distance, and every computed value at most [`Distance`]'s rounding away from it. A pair is left out
 //! only when its bound exceeds the best value by more than that rounding (the margin): its own computed value would have been
 //! larger. So at `relative_tolerance` 0 the result is the least pair of triangles, by (value, polygon of a, polygon of b), of all.
 
+mod cell_bounds;
+mod near_triangles;
 mod numbers;
-mod patches;
 mod triangles;
-mod voxel_bounds;
+mod waiting;
 
 use glam::DVec3;
 
 use crate::affine::{Rows, magnitude};
+use crate::cell_boxes::CellBox;
+use crate::cells::Cell;
 use crate::global_boxes::GlobalBox;
 use crate::object::Object;
-use crate::polygon_box::bits_of;
 use crate::polygon_pairs::{Recent, WorldTriangle};
 use crate::polygon_test;
-use crate::submatrix::{Placed, Voxel, Which};
-use patches::{NearFrame, Patches};
+use crate::submatrix::{Placed, Which};
+use cell_bounds::{CellBounds, LANES, Lanes};
+use near_triangles::{NearFrame, NearTriangles};
 use triangles::{ERROR, Nearest};
-use voxel_bounds::VoxelBounds;
+use waiting::{Open, Waiting};
 
 /// How far and how exactly a distance is wanted.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,9 +70,9 @@ pub struct Distance {
 /// Memory of the search, kept from pair to pair. One per thread.
 #[derive(Debug, Default)]
 pub struct Memory {
-    bounds: VoxelBounds,
-    stack: Vec<Open>,
-    patches: [Patches; 2],
+    bounds: CellBounds,
+    waiting: Waiting,
+    triangles: [NearTriangles; 2],
     compared: Recent,
 }
 
@@ -104,8 +108,8 @@ pub fn distance(
     search.result()
 }
 
-/// The most triangles of a voxel that are compared as they are. The best of 12, 32, 64 and 128 on two meshes of 69,451 triangles.
-const FEW: u32 = 128;
+/// Pairs of triangles that are compared as they are: about what it costs to cut a cell.
+const FEW: u64 = 16;
 
 /// The distance of two triangles at world positions, 0 exactly when they interfere; within `16·2^-53` of the sum of the sides of their box.
 pub(crate) fn of_triangles(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
@@ -120,19 +124,25 @@ pub(crate) fn of_triangles_at_least(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     (nearest.lower.min(nearest.value) - 2.0 * ERROR * (max - min).element_sum()).max(0.0)
 }
 
-/// Two voxels that may be nearer than the best pair of triangles.
-#[derive(Debug, Clone, Copy)]
-struct Open {
-    /// See [`voxel_bounds::Bound`].
-    square: f64,
-    centres: f64,
-    voxels: [Voxel; 2],
-    /// Whether the first, or the second, is not worth splitting.
-    whole: [bool; 2],
+/// The parts of a cell that are near enough, the farthest first.
+#[derive(Default)]
+struct NearParts {
+    /// Bound, number in the cut, number of the shape.
+    parts: [(f32, u8, u32); 8],
+    count: usize,
 }
 
-impl Open {
-    const CONTAINERS: Open = Open { square: 0.0, centres: 0.0, voxels: [Voxel::CONTAINER; 2], whole: [false; 2] };
+impl NearParts {
+    #[inline(always)]
+    fn add(&mut self, least: f32, part: u8, shape: u32) {
+        let mut at = self.count;
+        while at > 0 && self.parts[at - 1].0 < least {
+            self.parts[at] = self.parts[at - 1];
+            at -= 1;
+        }
+        self.parts[at] = (least, part, shape);
+        self.count += 1;
+    }
 }
 
 /// The nearest pair of triangles so far.
@@ -156,16 +166,18 @@ struct Search<'s> {
     settings: DistanceSettings,
     /// The power of two that lengths are multiplied by before they are squared.
     scale: f64,
+    /// The sum of the sides of the box of both, scaled.
+    sides: f64,
     /// What rounding may change a value by, scaled.
     margin: f64,
     best: Option<Best>,
     frame: NearFrame,
     /// The least proof of a pair of triangles whose value could not be proven within the margin; infinite when there was none.
     weakest: f64,
-    /// What is proven farther than this, scaled, is left out; the same squared, for boxes in the frame and for voxels.
+    /// What is proven farther than this, scaled, is left out; the same squared for boxes in the frame, and the same for cells.
     limit: f64,
-    near_limit: f64,
-    voxel_limit: f64,
+    near_limit: f32,
+    cell_limit: f32,
     memory: &'s mut Memory,
 }
 
@@ -181,18 +193,19 @@ impl<'s> Search<'s> {
         let sides = if scale < 1.0 { both.max * scale - both.min * scale } else { (both.max - both.min) * scale };
         memory.bounds.start(placed(a), placed(b), scale);
         memory.compared.forget();
-        memory.patches.iter_mut().for_each(Patches::clear);
+        memory.triangles.iter_mut().zip([a, b]).for_each(|(triangles, (object, _))| triangles.start(object));
         let mut search = Search {
             bodies: [a, b],
             settings,
             scale,
+            sides: sides.element_sum(),
             margin: sides.element_sum() * ERROR,
             best: None,
             frame: NearFrame::of_world(both.min, scale),
             weakest: f64::INFINITY,
             limit: 0.0,
             near_limit: 0.0,
-            voxel_limit: 0.0,
+            cell_limit: 0.0,
             memory,
         };
         search.set_limit();
@@ -200,126 +213,135 @@ impl<'s> Search<'s> {
     }
 
     fn run(&mut self) {
-        self.first_guess();
-        self.memory.stack.push(Open::CONTAINERS);
-        while let Some(open) = self.memory.stack.pop() {
-            if open.square > self.voxel_limit || self.near_square(&open) > self.voxel_limit {
-                continue;
-            }
-            match self.split(&open, FEW) {
+        let cells = self.bodies.map(|(object, _)| Cell::container(object));
+        let containers = Open { least: 0.0, cells, shapes: [0; 2], whole: [false; 2] };
+        self.memory.waiting.start(containers);
+        while let Some(open) = self.memory.waiting.next(self.cell_limit) {
+            match self.split(&open) {
                 None => self.compare(&open),
                 Some(which) => self.expand(&open, which),
             }
         }
     }
 
-    /// Compares the triangles of two small voxels that are near each other, so that the search starts with a good limit.
-    fn first_guess(&mut self) {
-        let mut open = Open::CONTAINERS;
-        self.memory.stack.clear();
-        while let Some(which) = self.split(&open, 1) {
-            self.expand(&open, which);
-            let Some(nearest) = self.memory.stack.pop() else { return };
-            open = nearest;
-            self.memory.stack.clear();
-        }
-        self.compare(&open);
-    }
-
     /// After the best value has changed.
     fn set_limit(&mut self) {
+        /// More than the rounding to f32.
+        const WIDEN: f32 = 1.0 + 4.0 * f32::EPSILON;
         let DistanceSettings { up_to, relative_tolerance } = self.settings;
         let value = self.best.map(|best| best.nearest.value).filter(|&value| value <= up_to);
         let wanted = value.map_or(up_to, |value| value * (1.0 - relative_tolerance));
         self.limit = wanted * self.scale + self.margin;
-        let near = self.limit + self.margin;
-        self.near_limit = near * near * (1.0 + NearFrame::SKEW);
-        self.voxel_limit = self.limit * self.limit * self.memory.bounds.divisor();
+        self.near_limit = NearFrame::square_of(self.limit + self.margin, self.sides);
+        self.cell_limit = (self.limit + self.memory.bounds.noise) as f32 * WIDEN + f32::MIN_POSITIVE;
     }
 
-    fn near_square(&self, open: &Open) -> f64 {
-        self.memory.bounds.near_square(self.bodies.map(|(object, _)| object), open.voxels)
-    }
-
-    /// Which voxel to split; `None` when neither can be, or need be: both have at most so many triangles.
-    fn split(&self, open: &Open, enough: u32) -> Option<Which> {
-        let few = |which: Which| {
-            let voxel = open.voxels[which as usize];
-            let matrix = self.bodies[which as usize].0.matrix();
-            open.whole[which as usize]
-                || self.memory.bounds.is_last(which, voxel)
-                || matrix.triangle_count(usize::from(voxel.level), voxel.number) <= enough
-        };
-        match (few(Which::First), few(Which::Second)) {
+    /// Which cell to cut; `None` when neither can be, or need be.
+    #[inline(always)]
+    fn split(&self, open: &Open) -> Option<Which> {
+        let [a, b] = &open.cells;
+        if u64::from(a.triangles) * u64::from(b.triangles) <= FEW {
+            return None;
+        }
+        let is_whole =
+            |which: Which| open.whole[which as usize] || self.memory.bounds.is_last(which, &open.cells[which as usize]);
+        match (is_whole(Which::First), is_whole(Which::Second)) {
             (true, true) => None,
             (true, false) => Some(Which::Second),
             (false, true) => Some(Which::First),
-            (false, false) => Some(self.memory.bounds.larger(open.voxels[0], open.voxels[1])),
+            (false, false) => Some(self.memory.bounds.larger(&open.cells)),
         }
     }
 
-    /// Pushes the pairs of the split voxel's children with the other voxel, the nearest last.
+    /// Opens the pairs of the cut cell's parts with the other cell, the nearest last.
     fn expand(&mut self, open: &Open, which: Which) {
-        /// A voxel is not split when its children, those that are near enough, hold so many times its triangles or more.
+        /// A cell is not cut when its parts, those that are near enough, hold so many times its triangles or more.
         const MOST_REPEATED: u32 = 4;
-        let (parent, other) = (open.voxels[which as usize], open.voxels[which.other() as usize]);
-        let matrix = self.bodies[which as usize].0.matrix();
-        let level = usize::from(parent.level);
-        let (node, halved) = (matrix.node(level, parent.number), &matrix.lattice().levels()[level]);
-        let Memory { bounds, stack, .. } = &mut *self.memory;
-        let split = bounds.split(which, parent, halved, other);
-        let (first_new, mut repeated) = (stack.len(), 0);
-        for child in bits_of(node.occupied) {
-            let place = halved.place[child as usize];
-            let bound = split.bound(place);
-            if bound.square > self.voxel_limit {
-                continue;
+        let (object, other) = (self.bodies[which as usize].0, self.bodies[which.other() as usize].0);
+        let (matrix, shapes) = (object.matrix(), object.shapes());
+        let parent = &open.cells[which as usize];
+        let cut = &matrix.lattice().cuts()[usize::from(parent.rank)];
+        let Memory { bounds, waiting, .. } = &mut *self.memory;
+        let beside = other.shapes().of(open.shapes[which.other() as usize]);
+        let seen = bounds.parts(which, &open.cells, beside);
+        let mut parts = matrix.parts(parent);
+        let mut near = NearParts::default();
+        let mut occupied = parts.occupied;
+        let mut lanes = Lanes::default();
+        while occupied != 0 {
+            let (first, mut numbers, mut count) = (parts.next(), [0; LANES], 0);
+            while occupied != 0 && count < LANES {
+                let part = occupied.trailing_zeros() as usize;
+                occupied &= occupied - 1;
+                seen.put(&mut lanes, count, cut.centres[part], shapes.of(shapes.number(parent, parts.next())));
+                numbers[count] = part as u8;
+                count += 1;
+                parts.pass();
             }
-            let index = [0, 1, 2].map(|axis| parent.index[axis] << halved.bits[axis] | u32::from(place[axis]));
-            let voxel = Voxel { level: parent.level + 1, number: node.child(child), index };
-            repeated += matrix.triangle_count(level + 1, voxel.number);
-            let mut next = Open { square: bound.square, centres: bound.centres, ..*open };
-            next.voxels[which as usize] = voxel;
-            stack.push(next);
-        }
-        if repeated / MOST_REPEATED >= node.triangles {
-            stack.truncate(first_new);
-            let mut whole = *open;
-            whole.whole[which as usize] = true;
-            stack.push(whole);
-            return;
-        }
-        stack[first_new..].sort_unstable_by(|x, y| y.square.total_cmp(&x.square).then(y.centres.total_cmp(&x.centres)));
-    }
-
-    /// Compares the triangles of two voxels.
-    fn compare(&mut self, open: &Open) {
-        let mut patches = std::mem::take(&mut self.memory.patches);
-        let [first, second] = &mut patches;
-        let a = first.of(open.voxels[0], self.bodies[0], &self.frame);
-        let b = second.of(open.voxels[1], self.bodies[1], &self.frame);
-        if a.bounds.gap(&b.bounds) <= self.near_limit {
-            for (p, bounds) in first.triangles(&a) {
-                if bounds.gap(&b.bounds) > self.near_limit {
+            let least = seen.bounds(&lanes);
+            for lane in 0..count {
+                // Kept where it is NaN.
+                if least[lane] > self.cell_limit {
                     continue;
                 }
-                for (q, other) in second.triangles(&b) {
-                    if bounds.gap(other) <= self.near_limit {
-                        self.compare_triangles(p, q);
-                    }
+                near.add(least[lane], numbers[lane], first + lane as u32);
+            }
+        }
+        let near = &near.parts[..near.count];
+        if parent.rank % 2 == 1 {
+            let level = usize::from(parent.rank / 2) + 1;
+            let repeated: u32 = near.iter().map(|&(.., number)| matrix.triangle_count(level, number)).sum();
+            if repeated / MOST_REPEATED >= parent.triangles {
+                let mut whole = *open;
+                whole.whole[which as usize] = true;
+                waiting.add(whole, self.cell_limit);
+                return;
+            }
+        }
+        for &(least, part, number) in near {
+            parts.go_to(number);
+            let mut next = Open { least, ..*open };
+            next.cells[which as usize] = matrix.part(parent, &parts, cut, usize::from(part), CellBox::WHOLE);
+            next.shapes[which as usize] = shapes.number(parent, number);
+            waiting.add(next, self.cell_limit);
+        }
+    }
+
+    /// Compares the triangles of two cells.
+    fn compare(&mut self, open: &Open) {
+        let [a, b] = &mut self.memory.triangles;
+        let first = a.look_at(&open.cells[0], self.bodies[0], &self.frame);
+        let second = b.look_at(&open.cells[1], self.bodies[1], &self.frame);
+        if first.gap(&second) > self.near_limit {
+            return;
+        }
+        b.keep(&first, self.near_limit);
+        for i in 0..a.kept().len() {
+            let (bounds, p) = self.memory.triangles[0].kept()[i];
+            if bounds.gap(&second) > self.near_limit {
+                continue;
+            }
+            for j in 0..self.memory.triangles[1].kept().len() {
+                let (other, q) = self.memory.triangles[1].kept()[j];
+                if bounds.gap(&other) <= self.near_limit {
+                    self.compare_triangles(p, q);
                 }
             }
         }
-        self.memory.patches = patches;
     }
 
-    fn compare_triangles(&mut self, p: &WorldTriangle, q: &WorldTriangle) {
-        let polygons = [(self.bodies[0].0, p), (self.bodies[1].0, q)];
-        let polygons = polygons.map(|(object, triangle)| object.polygon_of(triangle.number as usize));
+    /// Compares the triangles at these places.
+    fn compare_triangles(&mut self, p: u32, q: u32) {
+        let (p, q) = (self.memory.triangles[0].at(p), self.memory.triangles[1].at(q));
+        let numbers = [p.number, q.number];
+        let polygons = [0, 1].map(|body: usize| self.bodies[body].0.polygon_of(numbers[body] as usize));
         let interfering = self.best.is_some_and(|best| best.nearest.value == 0.0);
         if let Some(best) = &self.best {
-            let numbers = (polygons, [p.number, q.number]);
-            let farther = if interfering { numbers >= (best.polygons, best.triangles) } else { self.apart(best, p, q) };
+            let farther = if interfering {
+                (polygons, numbers) >= (best.polygons, best.triangles)
+            } else {
+                self.apart(best, p, q)
+            };
             if farther {
                 return;
             }
@@ -333,7 +355,7 @@ impl<'s> Search<'s> {
             (false, true) => return,
             (false, false) => triangles::nearest(&p.corners, &q.corners),
         };
-        self.offer(nearest, polygons, [p.number, q.number]);
+        self.offer(nearest, polygons, numbers);
     }
 
     /// Whether the plane between the best points so far proves the triangles too far apart.
@@ -354,8 +376,6 @@ impl<'s> Search<'s> {
             self.best = Some(offered);
             if nearest.value > 0.0 {
                 self.frame.follow(nearest.direction, nearest.on_p);
-                let [a, b] = self.bodies.map(placed);
-                self.memory.bounds.follow(nearest.direction, a, b, self.scale);
             }
             self.set_limit();
         }
@@ -380,7 +400,8 @@ impl<'s> Search<'s> {
     /// Whether the boxes of the bodies are proven farther apart than is wanted.
     fn are_far(&self, a: &GlobalBox, b: &GlobalBox) -> bool {
         let gap = (b.min - a.max).max(a.min - b.max).max(DVec3::ZERO);
-        (gap * self.scale).length_squared() > self.near_limit
+        let near = self.limit + self.margin;
+        (gap * self.scale).length_squared() > near * near * (1.0 + 16.0 * f64::EPSILON)
     }
 }
 
@@ -389,12 +410,9 @@ fn placed<'o>((object, rows): (&'o Object, &'o Rows)) -> Placed<'o> {
     Placed { object, rows, magnitude: magnitude(rows, reach) }
 }
 
-/// 1 where lengths within the box can be squared without overflow, or loss that matters; else the power of two that makes them so.
+/// The power of two that makes the longest side of the box 2 to 4 long: its squares fit into f32 too.
 fn scale_of(both: &GlobalBox) -> f64 {
     let longest = (0.5 * both.max - 0.5 * both.min).max_element();
     let exponent = (longest.to_bits() >> 52) as i32 - 1023;
-    if (-200..=200).contains(&exponent) {
-        return 1.0;
-    }
     f64::from_bits(((1023 - exponent.clamp(-1000, 1000)) as u64) << 52)
 }
