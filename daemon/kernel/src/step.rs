@@ -33,7 +33,7 @@ use crate::transforms::RigidMotion;
 use crate::workforce::{Alone, Workforce};
 pub(crate) use batch::Batch;
 use coherence::{Clearance, Memory};
-use conclusion::AT_CONTACTS;
+use conclusion::{AT_CONTACTS, BEYOND_SURFACES};
 use first_step::time_fault;
 pub(crate) use limit::Limit;
 use reach::{FAR, Reach};
@@ -166,6 +166,11 @@ impl Kept {
         }
     }
 
+    /// Whether it is clear without a test, and nothing else is asked.
+    fn is_settled(&self) -> bool {
+        self.apart && !self.effects.meets(BEYOND_SURFACES)
+    }
+
     /// Whether stages 5 to 8 have to look at it.
     fn needs_test(&self) -> bool {
         self.overlapping && self.unmoved.is_none() && !self.apart
@@ -213,7 +218,7 @@ impl Step {
         let (overlapping, farther) = if limit.spend(0) { (&[][..], &[][..]) } else { (overlapping, farther) };
         self.times.broad_phase = stopwatch.lap();
         self.last.take(&mut self.kept, &mut self.found, &mut self.touching, &mut self.results);
-        self.counts.interest_pairs = self.screen.ask(overlapping, farther, &world) as u64;
+        self.counts.interest_pairs = self.screen.ask(overlapping, farther, &world, &self.last) as u64;
         self.is_complete = !limit.is_up();
         if self.counts.interest_pairs > 0 {
             self.screen.keep(&world, &limit, clock, &mut self.kept);
@@ -235,6 +240,9 @@ impl Step {
         let clock = stopwatch.clock;
         self.last.decide(&mut self.kept, &world);
         self.times.interest = stopwatch.lap();
+        if self.kept.iter().all(Kept::is_settled) {
+            return self.response.clear();
+        }
         self.compare(&Round { world, clock, limit, alone: false });
         stopwatch.lap();
         let ending = limit.up_at(stopwatch.last);

@@ -51,6 +51,11 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
+    /// Whether anything is known that may spare a test.
+    pub fn is_useful(&self) -> bool {
+        self.gap > 0.0 || self.witness.is_some()
+    }
+
     /// How far the points of both bodies have come since, at most.
     fn moved(&self, paths: &[Path; 2]) -> f64 {
         let since = |which: usize| (paths[which].length() - self.paths[which]).next_up();

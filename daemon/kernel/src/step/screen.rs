@@ -6,6 +6,7 @@
 use rayon::prelude::*;
 
 use super::conclusion::BEYOND_SURFACES;
+use super::unmoved::LastStep;
 use super::{Clock, FAR, Kept, Limit, World};
 use crate::effects::Effects;
 use crate::report::Level;
@@ -37,17 +38,27 @@ struct Asked {
     b: u32,
     effects: Effects,
     overlapping: bool,
+    /// What the last step knows comes first.
+    is_known: bool,
     apart: bool,
 }
 
 impl Screen {
     /// Stage 4: the pairs that matter, ordered; says how many. `farther` holds all of `overlapping`, or nothing.
-    pub fn ask(&mut self, overlapping: &[(u32, u32)], farther: &[(u32, u32)], world: &World<'_>) -> usize {
-        let pair = |a: u32, b: u32, overlapping: bool| {
+    pub fn ask(
+        &mut self,
+        overlapping: &[(u32, u32)],
+        farther: &[(u32, u32)],
+        world: &World<'_>,
+        last: &LastStep,
+    ) -> usize {
+        let mut next = 0;
+        let mut pair = |a: u32, b: u32, overlapping: bool| {
             let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
             let effects = first.interest.effects(second.id, &second.interest, world.effects);
             let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
-            matters.then_some(Asked { a, b, effects, overlapping, apart: false })
+            let is_known = last.remembers((a, b), &mut next);
+            matters.then_some(Asked { a, b, effects, overlapping, is_known, apart: false })
         };
         self.pairs.clear();
         if farther.is_empty() {
@@ -97,7 +108,7 @@ impl Screen {
 
 impl Asked {
     fn is_apart(&self, world: &World<'_>, outlines: &[Outline]) -> bool {
-        let is_asked = self.overlapping && !self.effects.meets(BEYOND_SURFACES);
+        let is_asked = self.overlapping && !self.is_known && !self.effects.meets(BEYOND_SURFACES);
         is_asked && world.accuracy_of(self.a, self.b).level == Level::Polygons && {
             let bodies = [self.a, self.b];
             are_apart(bodies.map(|body| world.placed(body)), bodies.map(|body| &outlines[body as usize]))

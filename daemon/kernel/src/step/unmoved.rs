@@ -50,6 +50,12 @@ impl LastStep {
         coherence::learn(pair, world, &mut self.paths, self.step);
     }
 
+    /// Whether something that may spare a test is known of a pair; `next` is where to look for it, and for the pairs behind it.
+    pub fn remembers(&self, pair: (u32, u32), next: &mut usize) -> bool {
+        *next += self.kept[*next..].iter().take_while(|last| (last.a, last.b) < pair).count();
+        self.kept.get(*next).is_some_and(|last| (last.a, last.b) == pair && last.memory.is_useful())
+    }
+
     /// Decides the pairs of which neither body has moved and the same is asked as then. Both lists are ordered.
     pub fn decide(&mut self, kept: &mut [Kept], world: &World<'_>) {
         let step = self.step;
