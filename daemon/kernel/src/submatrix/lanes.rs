@@ -7,7 +7,7 @@ pub(crate) const LANES: usize = 16;
 
 /// A number for each axis.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Lanes([Vec4; LANES / 4]);
+pub(crate) struct Lanes(pub(super) [Vec4; LANES / 4]);
 
 impl Lanes {
     /// Rounded to the nearest f32.
@@ -46,5 +46,15 @@ impl Lanes {
     pub fn any_beyond(&self, reach: &Lanes) -> bool {
         let ([a, b, c, d], [e, f, g, h]) = (self.0, reach.0);
         ((a.abs().cmpgt(e) | b.abs().cmpgt(f)) | (c.abs().cmpgt(g) | d.abs().cmpgt(h))).any()
+    }
+
+    /// Whether one of them is greater in magnitude at both ends of a span, and of one sign. False for NaN.
+    #[inline(always)]
+    pub fn are_beyond_at_both([first, last]: &[Lanes; 2], [reach, last_reach]: &[Lanes; 2]) -> bool {
+        let beyond = |i: usize| {
+            let (x, y, r, s) = (first.0[i], last.0[i], reach.0[i], last_reach.0[i]);
+            x.cmpgt(r) & y.cmpgt(s) | (-x).cmpgt(r) & (-y).cmpgt(s)
+        };
+        ((beyond(0) | beyond(1)) | (beyond(2) | beyond(3))).any()
     }
 }

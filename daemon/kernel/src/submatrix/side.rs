@@ -73,11 +73,33 @@ impl PartsAlong<'_> {
 }
 
 /// A box within a cell, along the axes.
+#[derive(Clone, Copy)]
 pub(super) struct Bounds {
     /// From the centre of the cell; of the second body, the other way round.
     pub centre: Lanes,
     /// Half its extent, widened.
     pub reach: Lanes,
+}
+
+/// The same in half grains, per axis of the cell.
+pub(super) struct GrainShare {
+    centre: [f32; 3],
+    /// Widened.
+    extent: [f32; 3],
+}
+
+impl GrainShare {
+    #[inline(always)]
+    pub fn of(which: Which, bounds: &CellBox) -> GrainShare {
+        let (min, max) = (bounds.min.map(f32::from), bounds.max.map(f32::from));
+        let all = (GRAINS - 1) as f32;
+        let centre = |axis: usize| {
+            let from_middle = min[axis] + max[axis] - all;
+            if which == Which::First { from_middle } else { -from_middle }
+        };
+        let extent = |axis: usize| (max[axis] - min[axis] + 1.0) * WIDEN;
+        GrainShare { centre: [centre(0), centre(1), centre(2)], extent: [extent(0), extent(1), extent(2)] }
+    }
 }
 
 impl Side {
@@ -104,13 +126,17 @@ impl Side {
     /// The box within a cell.
     #[inline(always)]
     pub fn bounds(&self, which: Which, rank: u8, bounds: &CellBox) -> Bounds {
-        let [x, y, z] = &self.grains[rank as usize];
-        let ([i, j, k], [l, m, n]) = (bounds.min.map(f32::from), bounds.max.map(f32::from));
-        let all = (GRAINS - 1) as f32;
-        let centre = |min: f32, max: f32| if which == Which::First { min + max - all } else { all - min - max };
-        let centre = x.times(centre(i, l)).plus(&y.times(centre(j, m))).plus(&z.times(centre(k, n)));
-        let extent = |axis: &Lanes, min: f32, max: f32| axis.abs().times((max - min + 1.0) * WIDEN);
-        Bounds { centre, reach: extent(x, i, l).plus(&extent(y, j, m)).plus(&extent(z, k, n)) }
+        let share = GrainShare::of(which, bounds);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|register| self.bounds_in(register, rank, &share));
+        Bounds { centre: Lanes([a.0, b.0, c.0, d.0]), reach: Lanes([a.1, b.1, c.1, d.1]) }
+    }
+
+    /// Centre and reach of the box within a cell, along the axes of one register.
+    #[inline(always)]
+    pub fn bounds_in(&self, register: usize, rank: u8, share: &GrainShare) -> (Vec4, Vec4) {
+        let [x, y, z] = self.grains[rank as usize].each_ref().map(|grain| grain.0[register]);
+        let ([i, j, k], [l, m, n]) = (share.centre, share.extent);
+        (x * i + y * j + z * k, x.abs() * l + y.abs() * m + z.abs() * n)
     }
 
     /// Ends the descent at the voxels of `order`; says at which rank. Where the order lies between two ranks, the cells of the next one
