@@ -48,6 +48,7 @@
 
 mod containers;
 mod lanes;
+mod moving;
 mod outline;
 mod side;
 mod world_boxes;
@@ -63,6 +64,7 @@ use crate::polygon_box::unit_scale;
 use containers::{Along, Containers};
 use lanes::LANES;
 pub(crate) use lanes::Lanes;
+pub(crate) use moving::{MovingBox, MovingContainers, MovingFrame, Window};
 pub(crate) use outline::{Outline, are_apart};
 use side::{PartsAlong, Side};
 pub(crate) use world_boxes::BoxFrame;

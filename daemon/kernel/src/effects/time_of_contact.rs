@@ -1,9 +1,9 @@
 //! Effect `time_of_contact`: when two moving bodies first meet.
 //!
 //! The answer is a bracket: proven free up to `lo`, in contact at or before `hi`. Nothing is sampled; a body that
-//! passes through another within the step is found. The pairs of voxels of the two pyramids are visited in the order of
-//! the earliest time at which they may meet (best first); what is left of it ends as soon as no pair may meet before
-//! the bracket that is known. Continuous collision detection by conservative advancement (Mirtich, 1996) along
+//! passes through another within the step is found. The pairs of cells of the two pyramids, and the pairs of triangles
+//! that they end in, are visited in the order of the earliest time at which they may meet (best first); what is left of
+//! it ends as soon as no pair may meet before the bracket that is known. Continuous collision detection by conservative advancement (Mirtich, 1996) along
 //! separating axes; the upper end is confirmed by the exact static test or by inclusion (Wang et al., "A Large-Scale
 //! Benchmark and an Inclusion-Based Algorithm for Continuous Collision Detection", ACM TOG 2021, on why).
 //!
@@ -15,9 +15,11 @@ mod body;
 mod chords;
 mod descent;
 mod exact;
-mod frame;
 mod inclusion;
+mod moving_triangles;
 mod nearest;
+mod queue;
+mod span;
 mod triangle_pair;
 
 use crate::affine::Rows;
@@ -35,12 +37,12 @@ pub use descent::Memory;
 pub struct TimeSettings {
     /// Width of the bracket, as a share of the step. Below 2^-46 it counts as that.
     pub tolerance: f64,
-    /// Work that one pair of bodies may cost, in comparisons of two voxels (10 to 50 ns each).
+    /// Work that one pair of bodies may cost, in comparisons of two cells or of the boxes of two triangles (10 to 100 ns each).
     pub iterations: u32,
 }
 
 impl Default for TimeSettings {
-    /// A millionth of the step; about a tenth of a second at worst.
+    /// A millionth of the step; some tenths of a second at worst.
     fn default() -> Self {
         TimeSettings { tolerance: 1e-6, iterations: 1 << 22 }
     }
@@ -119,8 +121,8 @@ pub fn time_of_contact(
         return TimeOfContact::Free;
     };
     let tolerance = settings.tolerance.max(4.0 * RESOLUTION);
-    let mut search = Search::new([&first, &second], tolerance, Work(settings.iterations), memory);
-    search.run();
+    let mut search = Search::new([&first, &second], tolerance, Work(settings.iterations));
+    search.run(memory);
     verdict(&search, tolerance)
 }
 

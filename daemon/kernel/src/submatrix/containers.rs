@@ -24,6 +24,7 @@ pub(super) struct Containers<'o> {
 }
 
 /// The containers along each axis.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Along {
     directions: [[f64; LANES]; 3],
     /// Per body and axis of its container: half the extent of that side.
@@ -53,8 +54,7 @@ impl<'o> Containers<'o> {
     /// `None` when the containers are proven apart.
     #[inline(always)]
     pub fn along(&self) -> Option<Along> {
-        let zero = [0.0; LANES];
-        let mut along = Along { directions: [zero; 3], edges: [[zero; 3]; 2], offset: zero, slack: zero, reach: zero };
+        let mut along = Along::default();
         let edges = self.columns.map(unit_columns);
         along.set_directions(0, &faces(&edges));
         self.project::<0, FACES>(&mut along);
@@ -64,6 +64,14 @@ impl<'o> Containers<'o> {
         along.set_directions(FACES, &products(&edges));
         self.project::<FACES, LANES>(&mut along);
         (!along.proves_apart::<FACES, LANES>()).then_some(along)
+    }
+
+    /// Along given axes.
+    pub fn along_axes(&self, axes: &[DVec3]) -> Along {
+        let mut along = Along::default();
+        along.set_directions(0, axes);
+        self.project::<0, LANES>(&mut along);
+        along
     }
 
     /// Fills the lanes from `START` to `END`.
@@ -115,6 +123,11 @@ impl<'o> Containers<'o> {
     /// What underflow can take.
     fn underflow(&self) -> f64 {
         UNDERFLOW * (4.0 + self.coordinates().into_iter().sum::<f64>())
+    }
+
+    /// More than rounding can move a polygon out of a voxel that lists it, and what points may stray.
+    pub fn noise(&self) -> f64 {
+        (0.5 * self.twice).max_element() * SLACK + self.clearance
     }
 
     /// Whether halving may have rounded a coordinate.

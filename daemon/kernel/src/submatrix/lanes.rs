@@ -3,6 +3,8 @@
 //! Plain arrays: the compiler makes of the loops the widest registers that it may use, and code that is
 //! [dispatched](crate::instructions) may use those that the processor has. What each lane comes to is the same to the bit.
 
+use glam::Vec4;
+
 /// Axes that are looked at together: a power of two that holds the fifteen.
 pub(crate) const LANES: usize = 16;
 
@@ -62,5 +64,22 @@ impl Lanes {
             beyond |= u32::from(self.0[lane].abs() > reach.0[lane]);
         }
         beyond != 0
+    }
+
+    /// Whether one of them is greater in magnitude at both ends of a span, and of one sign. False for NaN.
+    #[inline(always)]
+    pub fn are_beyond_at_both([first, last]: &[Lanes; 2], [reach, last_reach]: &[Lanes; 2]) -> bool {
+        let mut beyond = 0;
+        for lane in 0..LANES {
+            let (x, y, r, s) = (first.0[lane], last.0[lane], reach.0[lane], last_reach.0[lane]);
+            beyond |= u32::from(x > r) & u32::from(y > s) | u32::from(-x > r) & u32::from(-y > s);
+        }
+        beyond != 0
+    }
+
+    /// Four of them, of [`LANES`] / 4 such registers.
+    #[inline(always)]
+    pub fn register(&self, number: usize) -> Vec4 {
+        Vec4::from_slice(&self.0[4 * number..])
     }
 }

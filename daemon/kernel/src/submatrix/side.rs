@@ -73,11 +73,33 @@ impl PartsAlong<'_> {
 }
 
 /// A box within a cell, along the axes.
+#[derive(Clone, Copy)]
 pub(super) struct Bounds {
     /// From the centre of the cell; of the second body, the other way round.
     pub centre: Lanes,
     /// Half its extent, widened.
     pub reach: Lanes,
+}
+
+/// The same in half grains, per axis of the cell.
+pub(super) struct GrainShare {
+    centre: [f32; 3],
+    /// Widened.
+    extent: [f32; 3],
+}
+
+impl GrainShare {
+    #[inline(always)]
+    pub fn of(which: Which, bounds: &CellBox) -> GrainShare {
+        let (min, max) = (bounds.min.map(f32::from), bounds.max.map(f32::from));
+        let all = (GRAINS - 1) as f32;
+        let centre = |axis: usize| {
+            let from_middle = min[axis] + max[axis] - all;
+            if which == Which::First { from_middle } else { -from_middle }
+        };
+        let extent = |axis: usize| (max[axis] - min[axis] + 1.0) * WIDEN;
+        GrainShare { centre: [centre(0), centre(1), centre(2)], extent: [extent(0), extent(1), extent(2)] }
+    }
 }
 
 impl Side {
@@ -105,13 +127,17 @@ impl Side {
     /// The box within a cell.
     #[inline(always)]
     pub fn bounds(&self, which: Which, rank: u8, bounds: &CellBox) -> Bounds {
+        self.bounds_of(rank, &GrainShare::of(which, bounds))
+    }
+
+    #[inline(always)]
+    pub fn bounds_of(&self, rank: u8, share: &GrainShare) -> Bounds {
         let [x, y, z] = &self.grains[rank as usize];
-        let ([i, j, k], [l, m, n]) = (bounds.min.map(f32::from), bounds.max.map(f32::from));
-        let all = (GRAINS - 1) as f32;
-        let centre = |min: f32, max: f32| if which == Which::First { min + max - all } else { all - min - max };
-        let centre = x.times(centre(i, l)).plus(&y.times(centre(j, m))).plus(&z.times(centre(k, n)));
-        let extent = |axis: &Lanes, min: f32, max: f32| axis.abs().times((max - min + 1.0) * WIDEN);
-        Bounds { centre, reach: extent(x, i, l).plus(&extent(y, j, m)).plus(&extent(z, k, n)) }
+        let ([i, j, k], [l, m, n]) = (share.centre, share.extent);
+        Bounds {
+            centre: x.times(i).plus(&y.times(j)).plus(&z.times(k)),
+            reach: x.abs().times(l).plus(&y.abs().times(m)).plus(&z.abs().times(n)),
+        }
     }
 
     /// Ends the descent at the voxels of `order`; says at which rank. Where the order lies between two ranks, the cells of the next one

@@ -19,7 +19,7 @@ use crate::container::MAX_ORDER;
 const LARGEST: f64 = f64::from_bits((1023 + 900) << 52);
 
 /// 2^-20: sixteen roundings of f32, of what reaches to the farthest point.
-const BOX_ROUNDING: f32 = 1.0 / (1 << 20) as f32;
+pub(super) const BOX_ROUNDING: f32 = 1.0 / (1 << 20) as f32;
 
 /// How world boxes are measured, so that f32 is fine enough for them and holds them.
 #[derive(Debug, Clone, Copy, Default)]
@@ -45,32 +45,21 @@ impl BoxFrame {
 impl PairFrame {
     #[inline(always)]
     pub(super) fn place_boxes(&mut self, containers: &Containers<'_>) {
-        let middles = [0, 1].map(|body| {
-            let ([x, y, z], at) = (containers.columns[body], containers.middles[body]);
-            let rows = containers.placed[body].rows;
-            x * at.x + y * at.y + z * at.z + DVec3::new(rows[0][3], rows[1][3], rows[2][3])
-        });
-        let edges =
-            [0, 1].map(|body| [0, 1, 2].map(|axis| containers.columns[body][axis] * containers.halves[body][axis]));
-        let distance = (middles[1] - middles[0]).abs();
-        let reach = edges.as_flattened().iter().fold(distance, |sum, edge| sum + edge.abs()).max_element();
-        if containers.are_halved() || !(SMALLEST..LARGEST).contains(&reach) {
-            // Too small or too large, whatever the unit: nothing is told apart by boxes.
+        let origin = containers.world_middle(0);
+        let Some(unit) = containers.box_unit(containers.world_reach(origin).max_element()) else {
+            // Nothing is told apart by boxes.
             let everything = Vec4::INFINITY;
             self.boxes = BoxFrame { rounding: everything, slack: everything, ..BoxFrame::default() };
-            self.sides.iter_mut().for_each(|side| (side.middle, side.columns) = (Vec4::ZERO, [Vec4::ZERO; 3]));
+            self.sides.iter_mut().for_each(Side::place_nowhere);
             return;
-        }
-        let unit = 1.0 / reach;
-        let rounded = |vector: DVec3| (vector * unit).as_vec3().extend(0.0);
+        };
         for (body, side) in self.sides.iter_mut().enumerate() {
-            side.middle = rounded(middles[body] - middles[0]);
-            side.columns = edges[body].map(rounded);
+            side.place(containers.world_middle(body) - origin, &containers.world_edges(body), unit);
         }
-        let rounding = rounded(containers.twice * SLACK) + BOX_ROUNDING;
+        let rounding = containers.box_rounding(unit);
         let clearance = (containers.clearance * unit) as f32;
         let slack = rounding + clearance * (1.0 + BOX_ROUNDING);
-        self.boxes = BoxFrame { origin: middles[0], unit, rounding, slack };
+        self.boxes = BoxFrame { origin, unit, rounding, slack };
     }
 
     /// How world boxes are measured.
@@ -89,10 +78,49 @@ impl PairFrame {
     }
 }
 
+impl Containers<'_> {
+    /// The middle of a container in the world.
+    pub(super) fn world_middle(&self, body: usize) -> DVec3 {
+        let ([x, y, z], at, rows) = (self.columns[body], self.middles[body], self.placed[body].rows);
+        x * at.x + y * at.y + z * at.z + DVec3::new(rows[0][3], rows[1][3], rows[2][3])
+    }
+
+    /// Half the sides of a container in the world.
+    pub(super) fn world_edges(&self, body: usize) -> [DVec3; 3] {
+        [0, 1, 2].map(|axis| self.columns[body][axis] * self.halves[body][axis])
+    }
+
+    /// More than reaches from a point to the farthest of either container, per world axis.
+    pub(super) fn world_reach(&self, from: DVec3) -> DVec3 {
+        let extent = |body: usize| self.world_edges(body).iter().fold(DVec3::ZERO, |sum, edge| sum + edge.abs());
+        let distance = |body: usize| (self.world_middle(body) - from).abs();
+        distance(0).max(distance(1)) + extent(0) + extent(1)
+    }
+
+    /// 1 over what boxes are measured by. `None` where they are too small or too large for that, whatever the unit.
+    pub(super) fn box_unit(&self, reach: f64) -> Option<f64> {
+        (!self.are_halved() && (SMALLEST..LARGEST).contains(&reach)).then(|| 1.0 / reach)
+    }
+
+    /// What rounding may move a box by.
+    pub(super) fn box_rounding(&self, unit: f64) -> Vec4 {
+        (self.twice * SLACK * unit).as_vec3().extend(0.0) + BOX_ROUNDING
+    }
+}
+
 impl Side {
+    pub(super) fn place(&mut self, middle: DVec3, edges: &[DVec3; 3], unit: f64) {
+        let rounded = |vector: DVec3| (vector * unit).as_vec3().extend(0.0);
+        (self.middle, self.columns) = (rounded(middle), edges.map(rounded));
+    }
+
+    pub(super) fn place_nowhere(&mut self) {
+        (self.middle, self.columns) = (Vec4::ZERO, [Vec4::ZERO; 3]);
+    }
+
     /// Centre and half the sides of the world box around the box within a cell.
     #[inline(always)]
-    fn world_box(&self, cell: &Cell) -> (Vec4, Vec4) {
+    pub(super) fn world_box(&self, cell: &Cell) -> (Vec4, Vec4) {
         /// 2^-30.
         const UNIT: f32 = 1.0 / (1 << MAX_ORDER) as f32;
         let shares = self.shares[cell.rank as usize];

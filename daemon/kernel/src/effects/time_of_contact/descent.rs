@@ -1,27 +1,25 @@
 //! The descent through two pyramids of voxels, in the order of time.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
 use glam::DVec3;
 
 use super::body::MovingBody;
 use super::chords::Chords;
-use super::frame::{Frame, Window};
-use super::triangle_pair::{Bracket, Outcome, TrianglePair, Work};
-use crate::affine::Rows;
-use crate::polygon_box::bits_of;
-use crate::submatrix::Voxel;
+use super::moving_triangles::{Carrier, MovingTriangles, candidates};
+use super::queue::Queue;
+use super::span::Span;
+use super::triangle_pair::{Bracket, Outcome, RESOLUTION, TrianglePair, Work};
+use crate::cells::Cell;
+use crate::polygon_pairs::Recent;
+use crate::submatrix::{MovingFrame, Which, Window};
 
-/// A span is cut until a body turns less than this in it, in radians, before its voxels are compared: the deviation
-/// from a chord is then a two-thousandth of the distance from the axis.
-const TURN_OF_A_SPAN: f64 = 0.0625;
-
-/// Pairs of triangles that are compared as they are, rather than splitting a voxel.
+/// Pairs of triangles that are compared as they are, rather than cutting a cell.
 const FEW: u64 = 4;
 
-/// A voxel is not split when its children hold so many times its triangles or more.
+/// A cell is not cut when its parts hold so many times its triangles or more.
 const MOST_REPEATED: u32 = 4;
+
+/// The triangles of two cells are compared over so much of a span at a time: most of what is later need not be looked at.
+const SLICE: f32 = 0.5;
 
 /// Work units of comparing two triangles.
 const PAIR_COST: u32 = 16;
@@ -32,83 +30,23 @@ const SPAN_COST: u32 = 64;
 /// Memory of the effect, kept from call to call.
 #[derive(Debug, Default)]
 pub struct Memory {
-    heap: BinaryHeap<Entry>,
-    children: Vec<Entry>,
-    triangles: [Vec<MovingTriangle>; 2],
-    numbers: Vec<u32>,
+    frame: MovingFrame,
+    queue: Queue<Open>,
+    parts: Vec<(Window, Cell)>,
+    triangles: [MovingTriangles; 2],
+    /// Pairs of triangles that have been searched to the end of the span.
+    searched: Recent,
 }
 
-/// Two voxels that may meet, and when.
+/// What may hold the first contact.
 #[derive(Debug, Clone, Copy)]
-struct Entry {
-    window: Window,
-    voxels: [Voxel; 2],
-    /// Not worth splitting.
-    whole: [bool; 2],
-}
-
-impl Entry {
-    /// The earlier one first; of equals the deeper one, which is nearer to a proof.
-    fn key(&self) -> (f64, u8) {
-        (-self.window.from, self.voxels[0].level + self.voxels[1].level)
-    }
-}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let ((first, depth), (second, other_depth)) = (self.key(), other.key());
-        let numbers = |entry: &Entry| entry.voxels.map(|voxel| (voxel.level, voxel.number));
-        first.total_cmp(&second).then(depth.cmp(&other_depth)).then_with(|| numbers(other).cmp(&numbers(self)))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
-
-/// A triangle at both ends of a span, and its boxes there.
-#[derive(Debug, Clone, Copy)]
-struct MovingTriangle {
-    ends: [[DVec3; 3]; 2],
-    min: [DVec3; 2],
-    max: [DVec3; 2],
-    number: u32,
-}
-
-/// A span of time, and what is the same for all voxels in it.
-struct Span {
-    start: f64,
-    end: f64,
-    frame: Frame,
-    /// Per end and body.
-    rows: [[Rows; 2]; 2],
-    /// What world positions may stray from the lines between those at the ends.
-    pad: f64,
-}
-
-impl Span {
-    /// Whether one axis proves two triangles apart over a window, or up to a time in it.
-    fn keeps_apart(&self, [p, q]: [&MovingTriangle; 2], window: Window, known_until: f64) -> bool {
-        // Rounded up: the proof covers a little more.
-        let known_until = (known_until - self.start) / (self.end - self.start) + 2.0 * f64::EPSILON;
-        let until = window.until.min(known_until);
-        let apart = Chords::new(&p.ends, &q.ends, self.pad).separated_longest(window.from, until);
-        until < window.from || apart.is_some_and(|apart| apart.until >= until)
-    }
-
-    fn time(&self, at: f64) -> f64 {
-        if at >= 1.0 { self.end } else { self.start + at * (self.end - self.start) }
-    }
+enum Open {
+    /// Two cells; `whole` are those that are not worth cutting.
+    Cells {
+        cells: [Cell; 2],
+        whole: [bool; 2],
+    },
+    Triangles([u32; 2]),
 }
 
 /// The search for the first contact of two moving bodies.
@@ -124,16 +62,15 @@ pub(super) struct Search<'m> {
     given_up: Option<f64>,
     tolerance: f64,
     work: Work,
-    memory: &'m mut Memory,
 }
 
 impl<'m> Search<'m> {
-    pub fn new(bodies: [&'m MovingBody<'m>; 2], tolerance: f64, work: Work, memory: &'m mut Memory) -> Search<'m> {
-        Search { bodies, contact: None, nearest: [0; 2], doubt: None, given_up: None, tolerance, work, memory }
+    pub fn new(bodies: [&'m MovingBody<'m>; 2], tolerance: f64, work: Work) -> Search<'m> {
+        Search { bodies, contact: None, nearest: [0; 2], doubt: None, given_up: None, tolerance, work }
     }
 
-    pub fn run(&mut self) {
-        self.between(0.0, 1.0);
+    pub fn run(&mut self, memory: &mut Memory) {
+        self.between(0.0, 1.0, memory);
     }
 
     /// The times before a confirmed contact at which another can not be excluded.
@@ -166,32 +103,39 @@ impl<'m> Search<'m> {
         self.given_up = Some(self.given_up.map_or(at, |before| before.min(at)));
     }
 
-    fn between(&mut self, start: f64, end: f64) {
+    fn between(&mut self, start: f64, end: f64, memory: &mut Memory) {
         if start >= self.known_until() || self.given_up.is_some() {
             return;
         }
         if !self.work.spend(SPAN_COST) {
             return self.give_up(start);
         }
-        let frame = Frame::new(self.bodies, start, end);
-        let Some(window) = frame.containers() else { return };
-        let turn = self.bodies.iter().map(|body| body.motion.turn()).fold(0.0, f64::max);
-        let middle = 0.5 * (start + end);
-        if turn * (end - start) > TURN_OF_A_SPAN && start < middle && middle < end {
-            self.between(start, middle);
-            return self.between(middle, end);
+        let span = Span::new(self.bodies, start, end);
+        let containers = span.containers(self.bodies);
+        let Some(window) = containers.window() else { return };
+        let [from, until] = span.times(window);
+        let middle = 0.5 * (from + until);
+        let is_straight = self.bodies.iter().all(|body| body.is_nearly_straight(until - from));
+        if !is_straight && from < middle && middle < until {
+            self.between(from, middle, memory);
+            return self.between(middle, until, memory);
         }
-        let rows = [start, end].map(|t| self.bodies.map(|body| body.motion.at(t)));
-        let pad = |body: &&MovingBody<'_>| body.deviation(end - start) + body.bound.length() * (1.0 + 1e-15);
-        let pad = self.bodies.iter().map(pad).sum();
-        self.descend(&Span { start, end, frame, rows, pad }, window);
+        if until - from < 0.5 * (end - start) && until - from > RESOLUTION {
+            return self.between(from, until, memory);
+        }
+        memory.frame.start(&containers);
+        let window = Window { from: (window[0] as f32).next_down().max(0.0), until: (window[1] as f32).next_up() };
+        self.descend(&span, window, memory);
     }
 
-    fn descend(&mut self, span: &Span, window: Window) {
-        self.memory.heap.clear();
-        self.memory.heap.push(Entry { window, voxels: [Voxel::CONTAINER; 2], whole: [false; 2] });
-        while let Some(entry) = self.memory.heap.pop() {
-            let from = span.time(entry.window.from);
+    fn descend(&mut self, span: &Span, window: Window, memory: &mut Memory) {
+        memory.triangles.iter_mut().for_each(MovingTriangles::start);
+        memory.searched.forget();
+        memory.queue.clear();
+        let cells = self.bodies.map(|body| Cell::container(body.object));
+        memory.queue.push(window, Open::Cells { cells, whole: [false; 2] });
+        while let Some((window, open)) = memory.queue.pop() {
+            let from = span.time(window.from.into());
             if from >= self.known_until() {
                 return;
             }
@@ -201,91 +145,106 @@ impl<'m> Search<'m> {
             if self.work.0 == 0 {
                 return self.give_up(from);
             }
-            match self.split(span, &entry) {
-                Some(split) => self.expand(span, &entry, split),
-                None => self.compare(span, &entry),
+            match open {
+                Open::Triangles(triangles) => self.compare(span, triangles, window, memory),
+                Open::Cells { cells, whole } => match self.split(&cells, whole, &memory.frame) {
+                    Some(split) => self.expand(cells, whole, split, window, memory),
+                    None => self.gather(span, &cells, window, memory),
+                },
             }
         }
     }
 
-    /// Which voxel to split; `None` when neither can be, or need be.
-    fn split(&self, span: &Span, entry: &Entry) -> Option<usize> {
-        let matrix = |which: usize| self.bodies[which].object.matrix();
-        let triangles = [0, 1].map(|which| {
-            let voxel = entry.voxels[which];
-            u64::from(matrix(which).triangle_count(usize::from(voxel.level), voxel.number))
-        });
-        if triangles[0] * triangles[1] <= FEW {
+    /// Which cell to cut; `None` when neither can be, or need be.
+    fn split(&self, cells: &[Cell; 2], whole: [bool; 2], frame: &MovingFrame) -> Option<Which> {
+        let [a, b] = cells;
+        if u64::from(a.triangles) * u64::from(b.triangles) <= FEW {
             return None;
         }
-        let last = |which: usize| entry.whole[which] || usize::from(entry.voxels[which].level) == matrix(which).depth();
-        match (last(0), last(1)) {
+        let last = |which: Which| whole[which as usize] || frame.is_last(which, &cells[which as usize]);
+        match (last(Which::First), last(Which::Second)) {
             (true, true) => None,
-            (true, false) => Some(1),
-            (false, true) => Some(0),
-            (false, false) => {
-                let size = |which: usize| span.frame.size(which, entry.voxels[which].level);
-                Some(usize::from(size(0) < size(1)))
-            }
+            (true, false) => Some(Which::Second),
+            (false, true) => Some(Which::First),
+            (false, false) => Some(frame.larger(cells)),
         }
     }
 
-    /// Pushes the pairs of the split voxel's children with the other voxel.
-    fn expand(&mut self, span: &Span, entry: &Entry, split: usize) {
-        let (parent, other) = (entry.voxels[split], entry.voxels[1 - split]);
-        let matrix = self.bodies[split].object.matrix();
-        let level = usize::from(parent.level);
-        let halved = &matrix.lattice().levels()[level];
-        let node = matrix.node(level, parent.number);
-        let seen = span.frame.seen_from(split, level + 1, other);
-        let mut repeated = 0;
-        self.memory.children.clear();
-        for child in bits_of(node.occupied) {
-            let place = halved.place[child as usize];
-            let index = [0, 1, 2].map(|axis| parent.index[axis] << halved.bits[axis] | u32::from(place[axis]));
-            let Some(window) = span.frame.window(split, &seen, level + 1, index, entry.window) else { continue };
-            let voxel = Voxel { level: parent.level + 1, number: node.child(child), index };
-            repeated += matrix.triangle_count(level + 1, voxel.number);
-            let mut entry = Entry { window, ..*entry };
-            entry.voxels[split] = voxel;
-            self.memory.children.push(entry);
-        }
-        self.work.spend(node.occupied.count_ones());
-        if repeated / MOST_REPEATED >= node.triangles {
-            let mut whole = *entry;
-            whole.whole[split] = true;
-            self.memory.heap.push(whole);
-        } else {
-            self.memory.heap.extend(self.memory.children.drain(..));
-        }
-    }
-
-    /// Searches the pairs of triangles of two voxels.
-    fn compare(&mut self, span: &Span, entry: &Entry) {
-        for which in 0..2 {
-            self.gather(span, which, entry.voxels[which]);
-        }
-        for i in 0..self.memory.triangles[0].len() {
-            for j in 0..self.memory.triangles[1].len() {
-                let pair = [&self.memory.triangles[0][i], &self.memory.triangles[1][j]];
-                let Some(window) = boxes_meet(pair, span.pad, entry.window) else { continue };
-                let from = span.time(window.from);
-                if from >= self.enough() {
-                    self.contact_not_before(from);
-                    continue;
-                }
-                let triangles = pair.map(|triangle| triangle.number);
-                let apart = span.keeps_apart(pair, window, self.known_until());
-                if !self.work.spend(PAIR_COST) || !apart && !self.search_pair(span, triangles, window) {
-                    return self.give_up(span.time(entry.window.from));
+    /// Opens the pairs of the cut cell's parts with the other cell.
+    fn expand(&mut self, cells: [Cell; 2], mut whole: [bool; 2], split: Which, window: Window, memory: &mut Memory) {
+        let parent = cells[split as usize];
+        let matrix = self.bodies[split as usize].object.matrix();
+        let cut = &matrix.lattice().cuts()[parent.rank as usize];
+        let mut parts = matrix.parts(&parent);
+        let along = memory.frame.parts(split, parts.rank, cut, &cells);
+        let (mut repeated, mut occupied) = (0, parts.occupied);
+        memory.parts.clear();
+        while occupied != 0 {
+            let part = occupied.trailing_zeros() as usize;
+            occupied &= occupied - 1;
+            if let Some(at) = along.part(part) {
+                let bounds = matrix.bounds_of_part(&parent, &parts);
+                if let Some(window) = along.window(&at, &bounds, &window) {
+                    let cell = matrix.part(&parent, &parts, cut, part, bounds);
+                    repeated += cell.triangles;
+                    memory.parts.push((window, cell));
                 }
             }
+            parts.pass();
+        }
+        self.work.spend(parts.occupied.count_ones());
+        if parent.rank % 2 == 1 && repeated / MOST_REPEATED >= parent.triangles {
+            whole[split as usize] = true;
+            return memory.queue.push(window, Open::Cells { cells, whole });
+        }
+        for &(window, cell) in &memory.parts {
+            let mut cells = cells;
+            cells[split as usize] = cell;
+            memory.queue.push(window, Open::Cells { cells, whole });
         }
     }
 
-    /// Whether there is work left after it.
-    fn search_pair(&mut self, span: &Span, triangles: [u32; 2], window: Window) -> bool {
-        let (from, until) = (span.time(window.from), span.time(window.until).min(self.known_until()));
+    /// Opens the pairs of triangles of two cells.
+    fn gather(&mut self, span: &Span, cells: &[Cell; 2], window: Window, memory: &mut Memory) {
+        let boxes = [Which::First, Which::Second].map(|which| memory.frame.cell_box(which, &cells[which as usize]));
+        let passing = boxes[0].passing_time(&boxes[1]);
+        let slice = Window { until: window.until.min(window.from + SLICE * passing), ..window };
+        if slice.until < window.until {
+            memory.queue.push(Window { from: slice.until, ..window }, Open::Cells { cells: *cells, whole: [true; 2] });
+        }
+        let known_until = self.known_until();
+        let (frame, queue) = (&memory.frame, &mut memory.queue);
+        let carrier = |which: Which| Carrier { body: self.bodies[which as usize], which, span, frame };
+        let carriers = [carrier(Which::First), carrier(Which::Second)];
+        let compared = candidates(&mut memory.triangles, cells, &boxes, &slice, &carriers, |triangles, window| {
+            if span.time(window.from.into()) < known_until {
+                queue.push(window, Open::Triangles(triangles));
+            }
+        });
+        self.work.spend(u32::try_from(compared).unwrap_or(u32::MAX));
+    }
+
+    /// Proves a pair of triangles apart over a window, or searches it.
+    fn compare(&mut self, span: &Span, triangles: [u32; 2], window: Window, memory: &mut Memory) {
+        let frame = &memory.frame;
+        let carrier = |which: Which| Carrier { body: self.bodies[which as usize], which, span, frame };
+        let [a, b] = &mut memory.triangles;
+        let ends = [a.ends(triangles[0], &carrier(Which::First)), b.ends(triangles[1], &carrier(Which::Second))];
+        let apart = keeps_apart(span, ends, window, self.known_until());
+        let from = span.time(window.from.into());
+        if !self.work.spend(PAIR_COST) {
+            return self.give_up(from);
+        }
+        // Windows come in the order of their starts: what has been searched from an earlier one on is done with.
+        let is_done = apart || !memory.searched.is_new(triangles[0], triangles[1]);
+        if !is_done && !self.search_pair(from, span.end, triangles) {
+            self.give_up(from);
+        }
+    }
+
+    /// Searches a pair of triangles to the end of the span; whether there is work left after it.
+    fn search_pair(&mut self, from: f64, end: f64, triangles: [u32; 2]) -> bool {
+        let until = end.min(self.known_until());
         if from > until {
             return true;
         }
@@ -317,35 +276,13 @@ impl<'m> Search<'m> {
             }
         }
     }
-
-    /// The triangles of a voxel, each once.
-    fn gather(&mut self, span: &Span, which: usize, voxel: Voxel) {
-        let (body, memory) = (self.bodies[which], &mut *self.memory);
-        memory.numbers.clear();
-        memory.numbers.extend_from_slice(body.object.matrix().triangles(usize::from(voxel.level), voxel.number));
-        memory.numbers.sort_unstable();
-        memory.numbers.dedup();
-        let triangles = &mut memory.triangles[which];
-        triangles.clear();
-        triangles.extend(memory.numbers.iter().map(|&number| {
-            let ends = [0, 1].map(|end| body.corners(number, &span.rows[end][which]));
-            let [min, max] = [DVec3::min, DVec3::max].map(|of| ends.map(|[p, q, r]| of(of(p, q), r)));
-            MovingTriangle { ends, min, max, number }
-        }));
-    }
 }
 
-/// The times within `window` at which the boxes of two triangles may meet. A box's side moves no farther out than the
-/// line between its places at the ends. The pad has room for the rounding of the difference.
-fn boxes_meet([p, q]: [&MovingTriangle; 2], pad: f64, mut window: Window) -> Option<Window> {
-    for axis in 0..3 {
-        let beyond =
-            |p: &MovingTriangle, q: &MovingTriangle| [0, 1].map(|end| p.min[end][axis] - q.max[end][axis] - pad);
-        for [start, end] in [beyond(p, q), beyond(q, p)] {
-            if !window.leave_where_not_positive(start, end) {
-                return None;
-            }
-        }
-    }
-    Some(window)
+/// Whether one axis proves two triangles apart over a window, or up to a time in it.
+fn keeps_apart(span: &Span, [a, b]: [&[[DVec3; 3]; 2]; 2], window: Window, known_until: f64) -> bool {
+    // Rounded up: the proof covers a little more.
+    let known_until = (known_until - span.start) / (span.end - span.start) + 2.0 * f64::EPSILON;
+    let (from, until) = (f64::from(window.from), f64::from(window.until).min(known_until));
+    let apart = Chords::new(a, b, span.stray).separated_longest(from, until);
+    until < from || apart.is_some_and(|apart| apart.until >= until)
 }
