@@ -7,8 +7,9 @@ use super::chords::Chords;
 use super::moving_triangles::{Carrier, MovingTriangles, candidates};
 use super::queue::Queue;
 use super::span::Span;
-use super::triangle_pair::{Bracket, Outcome, RESOLUTION, TrianglePair, Work};
+use super::triangle_pair::{Bracket, Outcome, RESOLUTION, TrianglePair, Work as WorkLeft};
 use crate::cells::Cell;
+use crate::instructions::{Work, dispatch};
 use crate::polygon_pairs::Recent;
 use crate::submatrix::{MovingFrame, Which, Window};
 
@@ -61,11 +62,30 @@ pub(super) struct Search<'m> {
     /// Where the work has ended.
     given_up: Option<f64>,
     tolerance: f64,
-    work: Work,
+    work: WorkLeft,
+}
+
+/// [`Search::expand`], for the instructions of the processor.
+struct Expand<'e, 'm> {
+    search: &'e mut Search<'m>,
+    cells: [Cell; 2],
+    whole: [bool; 2],
+    split: Which,
+    window: Window,
+    memory: &'e mut Memory,
+}
+
+impl Work for Expand<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.search.expand(self.cells, self.whole, self.split, self.window, self.memory);
+    }
 }
 
 impl<'m> Search<'m> {
-    pub fn new(bodies: [&'m MovingBody<'m>; 2], tolerance: f64, work: Work) -> Search<'m> {
+    pub fn new(bodies: [&'m MovingBody<'m>; 2], tolerance: f64, work: WorkLeft) -> Search<'m> {
         Search { bodies, contact: None, nearest: [0; 2], doubt: None, given_up: None, tolerance, work }
     }
 
@@ -148,7 +168,7 @@ impl<'m> Search<'m> {
             match open {
                 Open::Triangles(triangles) => self.compare(span, triangles, window, memory),
                 Open::Cells { cells, whole } => match self.split(&cells, whole, &memory.frame) {
-                    Some(split) => self.expand(cells, whole, split, window, memory),
+                    Some(split) => dispatch(Expand { search: self, cells, whole, split, window, memory }),
                     None => self.gather(span, &cells, window, memory),
                 },
             }
@@ -171,6 +191,7 @@ impl<'m> Search<'m> {
     }
 
     /// Opens the pairs of the cut cell's parts with the other cell.
+    #[inline(always)]
     fn expand(&mut self, cells: [Cell; 2], mut whole: [bool; 2], split: Which, window: Window, memory: &mut Memory) {
         let parent = cells[split as usize];
         let matrix = self.bodies[split as usize].object.matrix();
