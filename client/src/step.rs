@@ -23,8 +23,8 @@ use crate::error::{Error, TransportError};
 use crate::report::{Held, Report};
 use crate::scene::BodyId;
 use crate::transport::{
-    self, EmptyStepRequest, EventService, Listener, Notifier, SPIN, StepClient, StepPending, StepRequest, StepResponse,
-    StepService, Woken, failed, look_for,
+    self, EmptyStepRequest, EventService, Listener, Notifier, SHORT_STEP, SPIN, StepClient, StepPending, StepRequest,
+    StepResponse, StepService, Woken, failed, look_for,
 };
 
 /// How long a waiting client sleeps at most: another thread that waits on the same scene may take its wake-up.
@@ -325,11 +325,9 @@ impl StepChannel {
 
     /// How long to look for a response before sleeping: when steps are short, as long as this one is likely to take.
     fn awake(&self) -> Duration {
-        /// Steps that take longer are slept through: what is lost by waking late is little beside them.
-        const SHORT: Duration = Duration::from_micros(200);
         let last = Duration::from_nanos(self.last_step.load(Ordering::Relaxed));
         // The daemon may be asleep, too.
-        if last <= SHORT { last + 2 * SPIN } else { SPIN }
+        if last <= SHORT_STEP { last + 2 * SPIN } else { SPIN }
     }
 
     fn sleep(&self, stream: BorrowedFd<'_>, left: Duration) -> Result<Woken, TransportError> {

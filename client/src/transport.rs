@@ -50,6 +50,10 @@ pub type UploadSubscriber = iceoryx2::port::subscriber::Subscriber<Service, [Wor
 /// How long a waiting side looks at shared memory before it sleeps: a wake-up costs about as much.
 pub const SPIN: Duration = Duration::from_micros(30);
 
+/// A client looks for the report of a step as long as this, where the last one was as short. What takes longer is slept through: what is
+/// lost by waking late is little beside it.
+pub const SHORT_STEP: Duration = Duration::from_micros(200);
+
 /// Looks for something until it is there, or for as long as `time`, but once at least.
 ///
 /// After a moment, other threads are let go first between two looks. The one that is waited for may be among them: the system often

@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 
 use collided_client::TransportError;
 use collided_client::transport::{
-    self, EventService, Listener, Notifier, SPIN, Service, StepActive, StepServer, StepService, Woken, failed, look_for,
+    self, EventService, Listener, Notifier, SHORT_STEP, SPIN, Service, StepActive, StepServer, StepService, Woken,
+    failed, look_for,
 };
-use collided_kernel::{Budget, StepError};
+use collided_kernel::{Budget, CostPerPair, StepError};
 use collided_protocol::limits::{MAX_REPORTS_HELD, MAX_STEPS_IN_FLIGHT};
 use collided_protocol::names::{reply_service, step_service, wake_service};
 use collided_protocol::report::{ReportHeader, StageTimes};
@@ -45,8 +46,8 @@ struct SceneThread {
     stopped: OwnedFd,
     /// What is copied out of the client's reach.
     copied: step_payload::Copied,
-    /// How long it took to write and send the last report.
-    writing: Duration,
+    /// What a pair costs when the report is known: the daemon writes it, and the client reads it.
+    report_cost: CostPerPair,
 }
 
 /// The daemon's ports of a scene, with the services they belong to.
@@ -74,7 +75,7 @@ impl RunningScene {
             ports,
             stopped,
             copied: step_payload::Copied::default(),
-            writing: Duration::ZERO,
+            report_cost: CostPerPair::default(),
         };
         let thread = thread::Builder::new()
             .name(format!("scene-{id}"))
@@ -184,18 +185,21 @@ impl SceneThread {
         let _ = reply.notify();
     }
 
-    /// What a step takes besides the kernel, if it is like the last one: what it took the client to write it, and the daemon to write the
-    /// report, and the client to read that, which takes about as long.
-    fn outside(&self, header: &StepHeader, words: usize) -> Duration {
+    /// What a step takes besides the kernel, whatever it finds: what it took the client to write it, and what an answer takes.
+    fn outside(header: &StepHeader, words: usize, budget: Option<Duration>) -> Duration {
         /// Measured (benchmark `budgets`): to write a word and to have it in the other process, at most. What a step waited for others is
         /// not its own, and a client may write what it likes.
         const WORD: f64 = 3.5e-9;
         const MESSAGE: Duration = Duration::from_micros(10);
+        const ANSWER: Duration = Duration::from_micros(6);
+        const WAKE_UP: Duration = Duration::from_micros(60);
+        let sleeps = budget.is_some_and(|budget| budget > SHORT_STEP + ANSWER);
+        let answer = if sleeps { ANSWER + WAKE_UP } else { ANSWER };
         let written = match header.began {
             0 => Duration::MAX,
             began => Duration::from_nanos(transport::monotonic_nanoseconds().saturating_sub(began)),
         };
-        written.min(MESSAGE + Duration::from_secs_f64(words as f64 * WORD)) + 2 * self.writing
+        written.min(MESSAGE + Duration::from_secs_f64(words as f64 * WORD)) + answer
     }
 
     fn answer_until_stopped(&mut self) -> Result<(), TransportError> {
@@ -249,7 +253,7 @@ impl SceneThread {
         reply: ReportHeader,
         start: Instant,
     ) -> Result<(), WireError> {
-        let outside = self.outside(header, words.len());
+        let outside = Self::outside(header, words.len(), scene.budget);
         let message = step_payload::read(header, words, &mut self.copied)?;
         if scene.broken {
             return Err(broken());
@@ -259,11 +263,12 @@ impl SceneThread {
         scene.kernel.set_budget(scene.budget.map_or(Budget::Unlimited, |budget| {
             Budget::Nanoseconds(budget.saturating_sub(start.elapsed() + outside).as_nanos() as u64)
         }));
+        scene.kernel.set_report_cost(self.report_cost);
         let mut answer = Answer { active, reply, start, written: None };
         let kernel = &mut scene.kernel;
         let outcome = catch_unwind(AssertUnwindSafe(|| answer.compute(kernel, message, &slot)));
-        if let Some(written) = answer.written {
-            self.writing = written.elapsed();
+        if let Some((written, pairs)) = answer.written {
+            self.report_cost.learn(2 * written.elapsed().as_nanos() as u64, pairs);
         }
         match outcome {
             Ok(Ok(sent)) => sent,
@@ -281,8 +286,8 @@ struct Answer<'s> {
     active: &'s StepActive,
     reply: ReportHeader,
     start: Instant,
-    /// When writing began.
-    written: Option<Instant>,
+    /// When writing began, and how many pairs there were.
+    written: Option<(Instant, u64)>,
 }
 
 impl Answer<'_> {
@@ -298,12 +303,12 @@ impl Answer<'_> {
         match message {
             Message::Step(input) => {
                 let report = kernel.step(input, slot)?;
-                let written = *written.insert(Instant::now());
+                let (written, _) = *written.insert((Instant::now(), report.pairs().len() as u64));
                 Ok(report_writer::send_report(active, reply, &report, |times| complete(times, written, start)))
             }
             Message::Batch(input) => {
                 let report = kernel.batch(&input, slot)?;
-                let written = *written.insert(Instant::now());
+                let (written, _) = *written.insert((Instant::now(), 0));
                 Ok(report_writer::send_batch(active, reply, &report, |times| complete(times, written, start)))
             }
         }

@@ -15,6 +15,9 @@ use tree::{LEAF, Tree};
 /// The tree is built anew when comparing takes so many times what it took after it was built, in halves.
 const WORN: u64 = 3;
 
+/// Where time is short, a worn tree is built anew in one of so many steps: that takes longer than comparing it.
+const SELDOM: u32 = 128;
+
 /// Fewer than this part of all boxes are looked up one by one.
 const FEW: usize = 8;
 
@@ -37,6 +40,9 @@ pub struct BroadPhase {
     worn: bool,
     /// Whether `pairs` holds all pairs of `boxes`.
     complete: bool,
+    /// Whether there is little time, and for how many steps in which it should be built the tree was not.
+    hurried: bool,
+    put_off: u32,
 }
 
 impl BroadPhase {
@@ -68,6 +74,9 @@ impl BroadPhase {
         if self.changed.is_empty() && self.complete {
             return &self.pairs;
         }
+        if spend(0) {
+            return &[];
+        }
         self.boxes.clear();
         self.boxes.extend_from_slice(boxes);
         self.fit();
@@ -77,6 +86,11 @@ impl BroadPhase {
             self.complete = self.compare_all(spend, workforce);
         }
         if self.complete { &self.pairs } else { &[] }
+    }
+
+    /// Says whether there is little time for what comes.
+    pub(crate) fn hurry(&mut self, hurried: bool) {
+        self.hurried = hurried;
     }
 
     /// Which boxes are not those of the last step; a tree over other bodies is thrown away.
@@ -94,10 +108,12 @@ impl BroadPhase {
 
     /// The tree is over these boxes from now on.
     fn fit(&mut self) {
-        if self.tree.is_empty() || self.worn {
+        let is_put_off = self.hurried && self.put_off < SELDOM;
+        if self.tree.is_empty() || self.worn && !is_put_off {
             self.tree.build(&self.boxes);
-            (self.compared_when_new, self.worn) = (0, false);
+            (self.compared_when_new, self.worn, self.put_off) = (0, false, 0);
         } else {
+            self.put_off += u32::from(self.worn);
             self.tree.fit(&self.boxes);
         }
     }
@@ -105,9 +121,12 @@ impl BroadPhase {
     /// All pairs; says whether it came to the end.
     fn compare_all(&mut self, spend: impl Fn(u64) -> bool + Sync, workforce: &dyn Workforce) -> bool {
         self.found.clear();
-        let compared = self.tree.compare(&self.boxes, spend, workforce, &mut self.found);
+        let compared = self.tree.compare(&self.boxes, &spend, workforce, &mut self.found);
         let Some(compared) = compared else { return false };
         self.put_in_order();
+        if spend(0) {
+            return false;
+        }
         std::mem::swap(&mut self.pairs, &mut self.found);
         if self.compared_when_new == 0 {
             self.compared_when_new = compared;

@@ -83,6 +83,6 @@ pub use motion::{Motion, MotionError};
 pub use object::{Object, ObjectError, Progress};
 pub use report::{Level, OpenBound, PairResult, PolygonPair, Relation, Report, StageCounts, StageTimes, Verdict};
 pub use scene::{BodyId, Dynamics, Scene, UnknownBody};
-pub use step::{Clock, NoClock};
+pub use step::{Clock, CostPerPair, NoClock};
 pub use transforms::{RigidMotion, StepError, StepInput, Transforms};
 pub use workforce::Workforce;

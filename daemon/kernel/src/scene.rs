@@ -10,7 +10,7 @@ use crate::interest::{GroupId, Interest, InterestRow};
 use crate::object::Object;
 use crate::places::Places;
 use crate::report::Report;
-use crate::step::{Clock, Limit, Step, World};
+use crate::step::{Clock, CostPerPair, Limit, Step, World};
 use crate::transforms::{RigidMotion, StepError, StepInput, stage};
 
 /// Names a body of a scene. Ids ascend from 0 and are never used again.
@@ -53,6 +53,7 @@ pub struct Scene {
     places: Places,
     wanted: Wanted,
     budget: Budget,
+    report_cost: CostPerPair,
     /// The rigid motions of the step under way.
     rigid: Vec<RigidMotion>,
     next_id: u32,
@@ -177,6 +178,11 @@ impl Scene {
         self.budget = budget;
     }
 
+    /// Says what listing a pair costs the caller after a step: a step with a budget keeps as much time.
+    pub fn set_report_cost(&mut self, cost: CostPerPair) {
+        self.report_cost = cost;
+    }
+
     /// Gives a body mass, or makes it static.
     ///
     /// # Errors
@@ -218,7 +224,7 @@ impl Scene {
         let limit = Limit::new(self.budget, clock, start);
         let box_count = self.places.commit(self.steps, &limit);
         let world = self.wanted.of(&self.bodies, &self.places, &self.rigid, self.steps);
-        self.step.run(world, clock, limit, start, box_count);
+        self.step.run(world, clock, (limit, self.report_cost), start, box_count);
         Ok(self.step.report())
     }
 

@@ -3,6 +3,7 @@
 mod batch;
 mod coherence;
 mod conclusion;
+mod cost;
 mod first_step;
 mod limit;
 mod reach;
@@ -34,6 +35,7 @@ use crate::workforce::{Alone, Workforce};
 pub(crate) use batch::Batch;
 use coherence::{Clearance, Memory};
 use conclusion::{AT_CONTACTS, BEYOND_SURFACES};
+pub use cost::CostPerPair;
 use first_step::time_fault;
 pub(crate) use limit::Limit;
 use reach::{FAR, Reach};
@@ -198,22 +200,32 @@ pub(crate) struct Step {
     times: StageTimes,
     /// Whether all pairs that matter were found within the budget.
     is_complete: bool,
-    /// What it took in the last step to come to an end and put the report together, in nanoseconds a pair.
-    ending_time: u64,
+    /// What it takes to come to an end and put the report together.
+    ending: CostPerPair,
     batch: Batch,
 }
 
 impl Step {
     /// Runs the stages; `start` is when stage 1 began, `boxes` how many global bounding boxes it computed.
-    pub fn run(&mut self, world: World<'_>, clock: &dyn Clock, mut limit: Limit<'_>, start: u64, box_count: u64) {
+    pub fn run(
+        &mut self,
+        world: World<'_>,
+        clock: &dyn Clock,
+        (mut limit, report_cost): (Limit<'_>, CostPerPair),
+        start: u64,
+        box_count: u64,
+    ) {
         let mut stopwatch = Stopwatch { clock, last: start };
         self.counts = StageCounts { boxes: box_count, ..StageCounts::default() };
         self.times = StageTimes { boxes: stopwatch.lap(), ..StageTimes::default() };
-        let workforce: &dyn Workforce = if limit.is_short() { &Alone } else { clock };
+        let is_short = limit.is_short();
+        let workforce: &dyn Workforce = if is_short { &Alone } else { clock };
+        self.broad_phase.hurry(is_short);
         let overlapping = self.broad_phase.overlapping_within(world.boxes, |work| limit.spend(work), workforce);
         self.counts.broad_pairs = overlapping.len() as u64;
         let farther = self.reach.pairs(&world, &limit, workforce);
-        limit.reserve(overlapping.len().max(farther.len()) as u64 * self.ending_time);
+        let pairs = overlapping.len().max(farther.len()) as u64;
+        limit.reserve(self.ending.of(pairs) + report_cost.of(pairs));
         // Pairs that there is no time to list are not worth more than the word that they are open.
         let (overlapping, farther) = if limit.spend(0) { (&[][..], &[][..]) } else { (overlapping, farther) };
         self.times.broad_phase = stopwatch.lap();
@@ -227,8 +239,7 @@ impl Step {
         self.results.time_fault = time_fault(&world);
         if self.kept.is_empty() {
             self.response.clear();
-            // Where no pair was kept for fear of the ending, the fear wears off.
-            self.ending_time -= self.ending_time.div_ceil(8);
+            self.ending.wear_off();
         } else {
             self.examine(world, &limit, &mut stopwatch);
         }
@@ -251,7 +262,7 @@ impl Step {
         self.conclude(world, clock, limit);
         self.collect(world);
         self.times.effects = stopwatch.lap();
-        self.ending_time = (stopwatch.last - ending) / self.kept.len() as u64;
+        self.ending.learn(stopwatch.last - ending, self.counts.interest_pairs);
     }
 
     /// Forgets the last step: bodies have other indices now.

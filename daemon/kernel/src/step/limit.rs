@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use super::Clock;
 use crate::accuracy::Budget;
 
-/// Time within which another thread has hardly woken up, in nanoseconds: a client that waits for a short step keeps a processor busy.
-const TOO_SHORT_TO_SHARE: u64 = 300_000;
+/// Time that is not worth waking another thread for, in nanoseconds. It wakes late where a client that waits for the report keeps a processor
+/// busy, and the step would be late with it.
+const TOO_SHORT_TO_SHARE: u64 = 1_000_000;
 
 /// The budget of a step under way.
 pub(crate) struct Limit<'c> {

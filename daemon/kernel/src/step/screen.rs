@@ -73,13 +73,20 @@ impl Screen {
 
     /// The first look of stage 5, at the pairs of which only the surfaces are asked and all of the accuracy. The others are kept.
     pub fn keep(&mut self, world: &World<'_>, limit: &Limit<'_>, clock: &dyn Clock, kept: &mut Vec<Kept>) {
-        self.outline(world);
-        let Screen { pairs, outlines, .. } = self;
-        let look = |pair: &mut Asked| pair.apart = pair.is_apart(world, outlines);
+        let Screen { pairs, outlines, steps } = self;
         if limit.exists() {
-            let slices = pairs.chunks_mut(SLICE);
-            slices.take_while(|slice| !limit.spend(slice.len() as u64)).flatten().for_each(look);
-        } else if pairs.len() < LIGHT {
+            for slice in pairs.chunks_mut(SLICE) {
+                if limit.spend(slice.len() as u64) {
+                    break;
+                }
+                outline(slice, outlines, steps, world);
+                slice.iter_mut().for_each(|pair| pair.apart = pair.is_apart(world, outlines));
+            }
+            return kept.extend(pairs.iter().filter(|pair| !pair.apart).map(Asked::kept));
+        }
+        outline(pairs, outlines, steps, world);
+        let look = |pair: &mut Asked| pair.apart = pair.is_apart(world, outlines);
+        if pairs.len() < LIGHT {
             pairs.iter_mut().for_each(look);
         } else {
             for pairs in pairs.chunks_mut(TURN) {
@@ -88,19 +95,21 @@ impl Screen {
         }
         kept.extend(pairs.iter().filter(|pair| !pair.apart).map(Asked::kept));
     }
+}
 
-    /// The outlines of the bodies of these pairs.
-    fn outline(&mut self, world: &World<'_>) {
-        let count = world.bodies.len();
-        if self.steps.len() < count {
-            self.steps.resize(count, 0);
-            self.outlines.resize(count, Outline::default());
-        }
-        for body in self.pairs.iter().flat_map(|pair| [pair.a, pair.b]) {
+/// The outlines of the bodies of these pairs.
+fn outline(pairs: &[Asked], outlines: &mut Vec<Outline>, steps: &mut Vec<u64>, world: &World<'_>) {
+    let count = world.bodies.len();
+    if steps.len() < count {
+        steps.resize(count, 0);
+        outlines.resize(count, Outline::default());
+    }
+    for pair in pairs.iter().filter(|pair| !pair.is_known) {
+        for body in [pair.a, pair.b] {
             let at = body as usize;
-            if self.steps[at] != world.step {
-                self.steps[at] = world.step;
-                self.outlines[at] = Outline::of(world.placed(body));
+            if steps[at] != world.step {
+                steps[at] = world.step;
+                outlines[at] = Outline::of(world.placed(body));
             }
         }
     }
