@@ -11,6 +11,7 @@
 //! larger. So at `relative_tolerance` 0 the result is the least pair of triangles, by (value, polygon of a, polygon of b), of all.
 
 mod cell_bounds;
+mod near_corners;
 mod near_triangles;
 mod numbers;
 mod triangles;
@@ -109,7 +110,7 @@ pub fn distance(
 }
 
 /// Pairs of triangles that are compared as they are: about what it costs to cut a cell.
-const FEW: u64 = 16;
+const FEW: u64 = 24;
 
 /// The distance of two triangles at world positions, 0 exactly when they interfere; within `16·2^-53` of the sum of the sides of their box.
 pub(crate) fn of_triangles(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
@@ -174,9 +175,11 @@ struct Search<'s> {
     frame: NearFrame,
     /// The least proof of a pair of triangles whose value could not be proven within the margin; infinite when there was none.
     weakest: f64,
-    /// What is proven farther than this, scaled, is left out; the same squared for boxes in the frame, and the same for cells.
+    /// What is proven farther than this, scaled, is left out; the same squared for boxes in the frame, and the same for corners there, and
+    /// for cells.
     limit: f64,
     near_limit: f32,
+    corner_limit: f32,
     cell_limit: f32,
     memory: &'s mut Memory,
 }
@@ -205,6 +208,7 @@ impl<'s> Search<'s> {
             weakest: f64::INFINITY,
             limit: 0.0,
             near_limit: 0.0,
+            corner_limit: 0.0,
             cell_limit: 0.0,
             memory,
         };
@@ -212,6 +216,7 @@ impl<'s> Search<'s> {
         search
     }
 
+    #[inline(always)]
     fn run(&mut self) {
         let cells = self.bodies.map(|(object, _)| Cell::container(object));
         let containers = Open { least: 0.0, cells, shapes: [0; 2], whole: [false; 2] };
@@ -233,6 +238,7 @@ impl<'s> Search<'s> {
         let wanted = value.map_or(up_to, |value| value * (1.0 - relative_tolerance));
         self.limit = wanted * self.scale + self.margin;
         self.near_limit = NearFrame::square_of(self.limit + self.margin, self.sides);
+        self.corner_limit = near_corners::limit_of(self.limit + self.margin, self.sides);
         self.cell_limit = (self.limit + self.memory.bounds.noise) as f32 * WIDEN + f32::MIN_POSITIVE;
     }
 
@@ -254,6 +260,7 @@ impl<'s> Search<'s> {
     }
 
     /// Opens the pairs of the cut cell's parts with the other cell, the nearest last.
+    #[inline(always)]
     fn expand(&mut self, open: &Open, which: Which) {
         /// A cell is not cut when its parts, those that are near enough, hold so many times its triangles or more.
         const MOST_REPEATED: u32 = 4;
@@ -308,6 +315,7 @@ impl<'s> Search<'s> {
     }
 
     /// Compares the triangles of two cells.
+    #[inline(always)]
     fn compare(&mut self, open: &Open) {
         let [a, b] = &mut self.memory.triangles;
         let first = a.look_at(&open.cells[0], self.bodies[0], &self.frame);
@@ -331,22 +339,22 @@ impl<'s> Search<'s> {
     }
 
     /// Compares the triangles at these places.
+    #[inline(always)]
     fn compare_triangles(&mut self, p: u32, q: u32) {
-        let (p, q) = (self.memory.triangles[0].at(p), self.memory.triangles[1].at(q));
+        let ((p, corners), (q, others)) = (self.memory.triangles[0].at(p), self.memory.triangles[1].at(q));
+        if !self.memory.compared.is_new(p.number, q.number) {
+            return;
+        }
+        let interfering = self.best.is_some_and(|best| best.nearest.value == 0.0);
+        if let Some(best) = &self.best
+            && !interfering
+            && (self.apart(best, p, q) || corners.are_apart(others, self.corner_limit))
+        {
+            return;
+        }
         let numbers = [p.number, q.number];
         let polygons = [0, 1].map(|body: usize| self.bodies[body].0.polygon_of(numbers[body] as usize));
-        let interfering = self.best.is_some_and(|best| best.nearest.value == 0.0);
-        if let Some(best) = &self.best {
-            let farther = if interfering {
-                (polygons, numbers) >= (best.polygons, best.triangles)
-            } else {
-                self.apart(best, p, q)
-            };
-            if farther {
-                return;
-            }
-        }
-        if !self.memory.compared.is_new(p.number, q.number) {
+        if interfering && self.best.is_some_and(|best| (polygons, numbers) >= (best.polygons, best.triangles)) {
             return;
         }
         let interferes = p.bounds.overlaps(&q.bounds) && polygon_test::triangles(&p.corners, &q.corners).is_some();
@@ -359,6 +367,7 @@ impl<'s> Search<'s> {
     }
 
     /// Whether the plane between the best points so far proves the triangles too far apart.
+    #[inline(always)]
     fn apart(&self, best: &Best, p: &WorldTriangle, q: &WorldTriangle) -> bool {
         let at = |corner: &DVec3| best.nearest.direction.dot(*corner - best.nearest.on_p);
         let (p, q) = (p.corners.each_ref().map(at), q.corners.each_ref().map(at));

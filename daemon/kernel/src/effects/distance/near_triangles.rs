@@ -5,6 +5,7 @@
 
 use glam::{DVec3, Vec4};
 
+use super::near_corners::NearCorners;
 use crate::affine::Rows;
 use crate::cells::Cell;
 use crate::object::Object;
@@ -50,6 +51,13 @@ impl NearFrame {
         limit * limit * (1.0 + 8.0 * f32::EPSILON)
     }
 
+    #[inline(always)]
+    fn corners(&self, triangle: &WorldTriangle) -> NearCorners {
+        let [p, q, r] = &triangle.corners;
+        NearCorners([self.coordinates(*p), self.coordinates(*q), self.coordinates(*r)])
+    }
+
+    #[inline(always)]
     fn coordinates(&self, point: DVec3) -> Vec4 {
         // Neither the difference nor the scaled point may overflow.
         let point = if self.scale < 1.0 {
@@ -72,12 +80,13 @@ pub(super) struct NearBox {
 impl NearBox {
     const EMPTY: NearBox = NearBox { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
 
-    fn of(triangle: &WorldTriangle, frame: &NearFrame) -> NearBox {
-        let [p, q, r] = &triangle.corners;
-        let (p, q, r) = (frame.coordinates(*p), frame.coordinates(*q), frame.coordinates(*r));
+    #[inline(always)]
+    fn of(NearCorners([p, q, r]): &NearCorners) -> NearBox {
+        let (p, q, r) = (*p, *q, *r);
         NearBox { min: p.min(q).min(r), max: p.max(q).max(r) }
     }
 
+    #[inline(always)]
     fn joined(&self, other: &NearBox) -> NearBox {
         NearBox { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
@@ -90,10 +99,11 @@ impl NearBox {
     }
 }
 
-/// A triangle that was met, and its box in the frame of some generation.
+/// A triangle that was met, its corners and its box in the frame of some generation.
 #[derive(Debug, Clone, Copy)]
 struct Met {
     triangle: WorldTriangle,
+    corners: NearCorners,
     bounds: NearBox,
     generation: u32,
 }
@@ -126,6 +136,7 @@ impl NearTriangles {
     }
 
     /// Looks at the triangles of a cell, each once, their boxes in this frame; gives the box of all.
+    #[inline(always)]
     pub fn look_at(&mut self, cell: &Cell, (object, rows): (&Object, &Rows), frame: &NearFrame) -> NearBox {
         let matrix = object.matrix();
         let mut numbers = matrix.triangles_in(cell);
@@ -137,24 +148,27 @@ impl NearTriangles {
             merged.dedup();
             numbers = &merged;
         }
-        self.of_cell.clear();
+        let mut of_cell = std::mem::take(&mut self.of_cell);
+        of_cell.clear();
         let mut all = NearBox::EMPTY;
-        for &number in numbers {
-            let place = self.place(number, object, rows);
+        of_cell.extend(numbers.iter().map(|&number| {
+            let place = self.place(number, object, rows, frame);
             let met = &mut self.met[place as usize];
             if met.generation != frame.generation {
-                (met.bounds, met.generation) = (NearBox::of(&met.triangle, frame), frame.generation);
+                (met.corners, met.generation) = (frame.corners(&met.triangle), frame.generation);
+                met.bounds = NearBox::of(&met.corners);
             }
             all = all.joined(&met.bounds);
-            self.of_cell.push((met.bounds, place));
-        }
+            (met.bounds, place)
+        }));
+        self.of_cell = of_cell;
         self.merged = merged;
         all
     }
 
     /// Where the triangle is among those that were met.
     #[inline(always)]
-    fn place(&mut self, number: u32, object: &Object, rows: &Rows) -> u32 {
+    fn place(&mut self, number: u32, object: &Object, rows: &Rows, frame: &NearFrame) -> u32 {
         let (query, place) = self.places[number as usize];
         if query == self.query {
             return place;
@@ -162,11 +176,14 @@ impl NearTriangles {
         let place = self.met.len() as u32;
         self.places[number as usize] = (self.query, place);
         let triangle = WorldTriangle::new(number, object, rows);
-        self.met.push(Met { triangle, bounds: NearBox::EMPTY, generation: u32::MAX });
+        let corners = frame.corners(&triangle);
+        let bounds = NearBox::of(&corners);
+        self.met.push(Met { triangle, corners, bounds, generation: frame.generation });
         place
     }
 
     /// The triangles looked at whose boxes are no farther from another box than the root of this.
+    #[inline(always)]
     pub fn keep(&mut self, near: &NearBox, square: f32) {
         self.of_cell.retain(|(bounds, _)| bounds.gap(near) <= square);
     }
@@ -176,9 +193,10 @@ impl NearTriangles {
         &self.of_cell
     }
 
-    /// The triangle at a place.
+    /// The triangle at a place, and its corners in the frame it was last looked at in.
     #[inline(always)]
-    pub fn at(&self, place: u32) -> &WorldTriangle {
-        &self.met[place as usize].triangle
+    pub fn at(&self, place: u32) -> (&WorldTriangle, &NearCorners) {
+        let met = &self.met[place as usize];
+        (&met.triangle, &met.corners)
     }
 }
