@@ -308,7 +308,7 @@ pub(crate) fn section<'a, T: bytemuck::Pod>(
     number: usize,
 ) -> Result<&'a [T], Error> {
     let section = header.sections[number];
-    if section.count == 0 {
+    if section.count == 0 && section.first_word as usize <= words.len() {
         return Ok(&[]);
     }
     let bytes: &[u8] = bytemuck::cast_slice(words);

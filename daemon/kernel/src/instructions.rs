@@ -34,6 +34,7 @@ pub(crate) fn dispatch<W: Work>(work: W) -> W::Output {
 #[cfg(test)]
 mod tests {
     use std::cell::Cell;
+    use std::f64::consts::FRAC_PI_6;
     use std::sync::Arc;
 
     use crate::{Effects, NoClock, Object, PolygonMesh, Rows, Scene, Transforms};
@@ -52,7 +53,7 @@ mod tests {
         const RINGS: u32 = 12;
         let point = |i: u32, j: u32| {
             let rough = 1.0 + 0.1 * f64::from((7 * i + 5 * (j % RINGS) + seed) % 11) / 11.0;
-            let (polar, turn) = (f64::from(i) * 0.26, f64::from(j % RINGS) * 0.5236);
+            let (polar, turn) = (f64::from(i) * FRAC_PI_6 / 2.0, f64::from(j % RINGS) * FRAC_PI_6);
             [rough * polar.sin() * turn.cos(), rough * polar.sin() * turn.sin(), rough * polar.cos()]
         };
         let vertices = (0..=RINGS).flat_map(|i| (0..RINGS).map(move |j| point(i, j))).collect();

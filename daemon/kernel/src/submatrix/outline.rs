@@ -96,14 +96,14 @@ const LAST: u32 = (1 << MAX_ORDER) - 1;
 /// The place on the grid of a share of half a side. NaN and what is below the side are at its start.
 #[inline]
 fn first_at(share: f64) -> u32 {
-    // Casts round down, and saturate.
-    (((share.max(-1.0).min(1.0) + 1.0) * HALF) as u32).min(LAST)
+    // Casts round down, and make 0 of NaN.
+    (((share.clamp(-1.0, 1.0) + 1.0) * HALF) as u32).min(LAST)
 }
 
 /// The same, NaN and what is above at the end.
 #[inline]
 fn last_at(share: f64) -> u32 {
-    (((share.min(1.0).max(-1.0) + 1.0) * HALF) as u32).min(LAST)
+    if share < 1.0 { first_at(share) } else { LAST }
 }
 
 /// Whether two bodies are proven apart.
