@@ -1,6 +1,6 @@
 //! The effect `distance`: the minimum distance of two placed objects, and their nearest points.
 //!
-//! The two pyramids are descended together, [cell](crate::cells) by cell: of a pair of cells the larger one is cut, and each of its parts
+//! The two pyramids are descended together, cell by cell (`cells.rs`): of a pair of cells the larger one is cut, and each of its parts
 //! is bounded beside the other. Pairs that leave most room for something nearer come first, so that hardly more are cut than a
 //! search would cut that knows the distance beforehand. What cannot be as near as the best pair of triangles so far is left out.
 //! Pairs of triangles that have a common point are told by the exact test, so the value is 0 exactly when the bodies interfere.
