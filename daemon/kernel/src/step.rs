@@ -268,6 +268,7 @@ impl Step {
     /// Forgets the last step: bodies have other indices now.
     pub fn forget(&mut self) {
         self.kept.clear();
+        self.screen.forget();
         self.last.forget();
     }
 

@@ -14,8 +14,8 @@ use crate::workforce::Workforce;
 /// Boxes in a leaf of the tree.
 pub(super) const LEAF: usize = 8;
 
-/// Pairs of nodes compared between two looks at the budget: about a microsecond.
-const SLICE: u64 = 64;
+/// Pairs of nodes compared between two looks at the budget: one or two microseconds, if all of them are leaves.
+const SLICE: u64 = 16;
 
 /// A tree of so many nodes is worth another thread, and is compared in about so many pieces.
 const LARGE: usize = 128;

@@ -26,6 +26,8 @@ const TURN: usize = 1 << 13;
 #[derive(Debug, Default)]
 pub(super) struct Screen {
     pairs: Vec<Asked>,
+    /// Those of the last step.
+    last: Vec<Asked>,
     outlines: Vec<Outline>,
     /// The step that each is of.
     steps: Vec<u64>,
@@ -38,12 +40,42 @@ struct Asked {
     b: u32,
     effects: Effects,
     overlapping: bool,
-    /// What the last step knows comes first.
+    /// Whether the first look can be spared: the last step knows more, or has had it.
     is_known: bool,
     apart: bool,
 }
 
+/// What the last step leaves of pairs, which are asked for in their order.
+struct Known<'s> {
+    remembered: &'s LastStep,
+    looked_at: &'s [Asked],
+    next: [usize; 2],
+}
+
+impl Known<'_> {
+    /// Whether the first look can be spared, and whether the pair is apart, as it was then.
+    fn of(&mut self, pair: (u32, u32), effects: Effects, world: &World<'_>) -> (bool, bool) {
+        let [next, next_looked_at] = &mut self.next;
+        if self.remembered.remembers(pair, next) {
+            return (true, false);
+        }
+        let rests = |body: u32| self.remembered.rests(body, world);
+        if !rests(pair.0) || !rests(pair.1) {
+            return (false, false);
+        }
+        let before = self.looked_at[*next_looked_at..].iter().take_while(|last| (last.a, last.b) < pair).count();
+        *next_looked_at += before;
+        let last = self.looked_at.get(*next_looked_at).filter(|last| (last.a, last.b) == pair);
+        last.filter(|last| last.effects == effects).map_or((false, false), |last| (true, last.apart))
+    }
+}
+
 impl Screen {
+    /// Forgets the last step: bodies have other indices now.
+    pub fn forget(&mut self) {
+        self.pairs.clear();
+    }
+
     /// Stage 4: the pairs that matter, ordered; says how many. `farther` holds all of `overlapping`, or nothing.
     pub fn ask(
         &mut self,
@@ -52,13 +84,14 @@ impl Screen {
         world: &World<'_>,
         last: &LastStep,
     ) -> usize {
-        let mut next = 0;
+        std::mem::swap(&mut self.pairs, &mut self.last);
+        let mut known = Known { remembered: last, looked_at: &self.last, next: [0; 2] };
         let mut pair = |a: u32, b: u32, overlapping: bool| {
             let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
             let effects = first.interest.effects(second.id, &second.interest, world.effects);
             let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
-            let is_known = last.remembers((a, b), &mut next);
-            matters.then_some(Asked { a, b, effects, overlapping, is_known, apart: false })
+            let (is_known, apart) = known.of((a, b), effects, world);
+            matters.then_some(Asked { a, b, effects, overlapping, is_known, apart })
         };
         self.pairs.clear();
         if farther.is_empty() {
@@ -73,19 +106,19 @@ impl Screen {
 
     /// The first look of stage 5, at the pairs of which only the surfaces are asked and all of the accuracy. The others are kept.
     pub fn keep(&mut self, world: &World<'_>, limit: &Limit<'_>, clock: &dyn Clock, kept: &mut Vec<Kept>) {
-        let Screen { pairs, outlines, steps } = self;
+        let Screen { pairs, outlines, steps, .. } = self;
         if limit.exists() {
             for slice in pairs.chunks_mut(SLICE) {
                 if limit.spend(slice.len() as u64) {
                     break;
                 }
                 outline(slice, outlines, steps, world);
-                slice.iter_mut().for_each(|pair| pair.apart = pair.is_apart(world, outlines));
+                slice.iter_mut().for_each(|pair| pair.look(world, outlines));
             }
             return kept.extend(pairs.iter().filter(|pair| !pair.apart).map(Asked::kept));
         }
         outline(pairs, outlines, steps, world);
-        let look = |pair: &mut Asked| pair.apart = pair.is_apart(world, outlines);
+        let look = |pair: &mut Asked| pair.look(world, outlines);
         if pairs.len() < LIGHT {
             pairs.iter_mut().for_each(look);
         } else {
@@ -116,8 +149,14 @@ fn outline(pairs: &[Asked], outlines: &mut Vec<Outline>, steps: &mut Vec<u64>, w
 }
 
 impl Asked {
+    fn look(&mut self, world: &World<'_>, outlines: &[Outline]) {
+        if !self.is_known {
+            self.apart = self.is_apart(world, outlines);
+        }
+    }
+
     fn is_apart(&self, world: &World<'_>, outlines: &[Outline]) -> bool {
-        let is_asked = self.overlapping && !self.is_known && !self.effects.meets(BEYOND_SURFACES);
+        let is_asked = self.overlapping && !self.effects.meets(BEYOND_SURFACES);
         is_asked && world.accuracy_of(self.a, self.b).level == Level::Polygons && {
             let bodies = [self.a, self.b];
             are_apart(bodies.map(|body| world.placed(body)), bodies.map(|body| &outlines[body as usize]))

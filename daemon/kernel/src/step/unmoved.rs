@@ -50,6 +50,11 @@ impl LastStep {
         coherence::learn(pair, world, &mut self.paths, self.step);
     }
 
+    /// Whether a body is where it was at the end of that step.
+    pub fn rests(&self, body: u32, world: &World<'_>) -> bool {
+        world.places.rests_since_end_of(body, self.step)
+    }
+
     /// Whether something that may spare a test is known of a pair; `next` is where to look for it, and for the pairs behind it.
     pub fn remembers(&self, pair: (u32, u32), next: &mut usize) -> bool {
         *next += self.kept[*next..].iter().take_while(|last| (last.a, last.b) < pair).count();
