@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use collided_kernel::effects::time_of_contact::{Memory, TimeOfContact, TimeSettings, time_of_contact};
 use collided_kernel::motion::Motion;
-use collided_kernel::{Effects, Object};
+use collided_kernel::{Effects, Object, Rows};
 use collided_tests::kernel_pair::KernelPair;
 use collided_tests::{ccd, hardcases, meshes, transforms};
+use glam::DVec3;
 use proptest::array::uniform3;
 use proptest::prelude::*;
 
@@ -41,6 +42,13 @@ fn pairs() -> impl Strategy<Value = ([Arc<Object>; 2], [Motion; 2])> {
     })
 }
 
+/// Whether the body is a plane, a line or a point, nearly or exactly.
+fn is_flat(rows: &Rows) -> bool {
+    let [x, y, z] = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));
+    let (volume, size) = (x.dot(y.cross(z)).abs(), x.length().max(y.length()).max(z.length()));
+    volume <= 1e-6 * size.powi(3)
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -55,9 +63,11 @@ proptest! {
             TimeOfContact::Free => 1.0,
             TimeOfContact::Contact { lo, hi } => {
                 prop_assert!(lo <= hi && hi - lo <= TOLERANCE);
-                // Meshes that meet overlap for a while, at one of several times soon after.
-                let soon = (0..8).map(|step| (hi + f64::from(step) * TOLERANCE).min(1.0));
-                prop_assert!(soon.into_iter().any(&mut touch), "no contact soon after {}", hi);
+                // Meshes that meet overlap for a while, at one of several times soon after. What is flattened may pass in an instant,
+                // which no rounded position shows.
+                let mut soon = (0..8).map(|step| (hi + f64::from(step) * TOLERANCE).min(1.0));
+                let flattened = motions.iter().any(|motion| is_flat(&motion.at(hi)));
+                prop_assert!(flattened || soon.any(&mut touch), "no contact soon after {}", hi);
                 lo
             }
             TimeOfContact::Possible { .. } => return Err(TestCaseError::fail(format!("{found:?}"))),
