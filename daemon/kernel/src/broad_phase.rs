@@ -38,6 +38,8 @@ pub struct BroadPhase {
     compared_when_new: u64,
     /// Whether the tree has to be built anew.
     worn: bool,
+    /// Whether the tree is over `boxes`.
+    is_fit: bool,
     /// Whether `pairs` holds all pairs of `boxes`.
     complete: bool,
     /// Whether there is little time, and for how many steps in which it should be built the tree was not.
@@ -79,6 +81,10 @@ impl BroadPhase {
         }
         self.boxes.clear();
         self.boxes.extend_from_slice(boxes);
+        if spend(0) {
+            (self.complete, self.is_fit) = (false, false);
+            return &[];
+        }
         self.fit();
         if self.complete && self.changed.len() < boxes.len() / FEW {
             self.complete = self.look_up_changed(spend);
@@ -108,6 +114,7 @@ impl BroadPhase {
 
     /// The tree is over these boxes from now on.
     fn fit(&mut self) {
+        self.is_fit = true;
         let is_put_off = self.hurried && self.put_off < SELDOM;
         if self.tree.is_empty() || self.worn && !is_put_off {
             self.tree.build(&self.boxes);
@@ -167,7 +174,7 @@ impl BroadPhase {
     pub(crate) fn hold(&mut self, boxes: &[GlobalBox]) {
         self.find_changed(boxes);
         let is_new = boxes.len() != self.boxes.len();
-        if !is_new && self.changed.is_empty() && !self.tree.is_empty() {
+        if !is_new && self.changed.is_empty() && !self.tree.is_empty() && self.is_fit {
             return;
         }
         self.boxes.clear();
@@ -277,6 +284,14 @@ mod tests {
                 }
                 let mut expected = Vec::new();
                 brute_force::overlapping_boxes(&boxes, &mut expected);
+                broad_phase.hold(&boxes);
+                let mut looked_up = Vec::new();
+                for (number, bounds) in (0..).zip(&boxes) {
+                    broad_phase.overlapping(bounds, &mut Vec::new(), |other| looked_up.push((number, other)));
+                }
+                looked_up.retain(|(first, second)| first < second);
+                looked_up.sort_unstable();
+                prop_assert_eq!(&looked_up, &expected);
                 prop_assert_eq!(broad_phase.overlapping_boxes(&boxes), &expected[..]);
             }
         }
