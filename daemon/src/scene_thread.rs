@@ -191,7 +191,7 @@ impl SceneThread {
         /// not its own, and a client may write what it likes.
         const WORD: f64 = 3.5e-9;
         const MESSAGE: Duration = Duration::from_micros(10);
-        const ANSWER: Duration = Duration::from_micros(40);
+        const ANSWER: Duration = Duration::from_micros(30);
         const WAKE_UP: Duration = Duration::from_micros(60);
         let sleeps = budget.is_some_and(|budget| budget > SHORT_STEP + ANSWER);
         let answer = if sleeps { ANSWER + WAKE_UP } else { ANSWER };
