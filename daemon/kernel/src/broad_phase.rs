@@ -21,6 +21,9 @@ const SELDOM: u32 = 128;
 /// Fewer than this part of all boxes are looked up one by one.
 const FEW: usize = 8;
 
+/// Pairs sorted, or gone through, between two looks at the budget: some microseconds.
+const PAIRS_AT_ONCE: usize = 256;
+
 /// Memory of the stage, kept from step to step.
 #[derive(Debug, Default)]
 pub struct BroadPhase {
@@ -81,11 +84,10 @@ impl BroadPhase {
         }
         self.boxes.clear();
         self.boxes.extend_from_slice(boxes);
-        if spend(0) {
-            (self.complete, self.is_fit) = (false, false);
+        if !self.fit(&spend) {
+            self.complete = false;
             return &[];
         }
-        self.fit();
         if self.complete && self.changed.len() < boxes.len() / FEW {
             self.complete = self.look_up_changed(spend);
         } else {
@@ -112,17 +114,17 @@ impl BroadPhase {
         self.changed.extend(changed.map(|(number, _)| number));
     }
 
-    /// The tree is over these boxes from now on.
-    fn fit(&mut self) {
-        self.is_fit = true;
+    /// The tree is over these boxes from now on, if there is time for that.
+    fn fit(&mut self, spend: impl Fn(u64) -> bool) -> bool {
         let is_put_off = self.hurried && self.put_off < SELDOM;
         if self.tree.is_empty() || self.worn && !is_put_off {
             self.tree.build(&self.boxes);
             (self.compared_when_new, self.worn, self.put_off) = (0, false, 0);
         } else {
             self.put_off += u32::from(self.worn);
-            self.tree.fit(&self.boxes);
         }
+        self.is_fit = self.tree.fit(&self.boxes, spend);
+        self.is_fit
     }
 
     /// All pairs; says whether it came to the end.
@@ -130,8 +132,7 @@ impl BroadPhase {
         self.found.clear();
         let compared = self.tree.compare(&self.boxes, &spend, workforce, &mut self.found);
         let Some(compared) = compared else { return false };
-        self.put_in_order();
-        if spend(0) {
+        if !self.put_in_order(&spend) {
             return false;
         }
         std::mem::swap(&mut self.pairs, &mut self.found);
@@ -146,14 +147,21 @@ impl BroadPhase {
     fn look_up_changed(&mut self, spend: impl Fn(u64) -> bool) -> bool {
         let changed = |i: u32| self.changed.binary_search(&i).is_ok();
         self.found.clear();
-        self.found.extend(self.pairs.iter().filter(|&&(i, j)| !changed(i) && !changed(j)));
+        for pairs in self.pairs.chunks(PAIRS_AT_ONCE) {
+            if spend(0) {
+                return false;
+            }
+            self.found.extend(pairs.iter().filter(|&&(i, j)| !changed(i) && !changed(j)));
+        }
         for at in 0..self.changed.len() {
             if spend(LEAF as u64) {
                 return false;
             }
             self.look_up(self.changed[at]);
         }
-        self.put_in_order();
+        if !self.put_in_order(spend) {
+            return false;
+        }
         // Two boxes that have both changed were found from either side.
         self.found.dedup();
         std::mem::swap(&mut self.pairs, &mut self.found);
@@ -183,7 +191,7 @@ impl BroadPhase {
         if boxes.len() <= 2 * LEAF {
             self.tree.clear();
         } else {
-            self.fit();
+            self.fit(|_| false);
         }
     }
 
@@ -196,8 +204,9 @@ impl BroadPhase {
         self.tree.overlapping(&self.boxes, bounds, stack, meet);
     }
 
-    /// Orders what was found: by counting those of each first body, then by the second ones.
-    fn put_in_order(&mut self) {
+    /// Orders what was found, by counting the pairs of each first body, then by the second ones, until `spend` says that there is no time
+    /// left; says whether it came to the end.
+    fn put_in_order(&mut self, spend: impl Fn(u64) -> bool) -> bool {
         self.ends.clear();
         self.ends.resize(self.boxes.len() + 1, 0);
         self.found.iter().for_each(|&(i, _)| self.ends[i as usize + 1] += 1);
@@ -212,14 +221,25 @@ impl BroadPhase {
             self.pairs[*place as usize] = (i, j);
             *place += 1;
         }
-        self.pairs.chunk_by_mut(|one, other| one.0 == other.0).for_each(<[_]>::sort_unstable);
+        let mut unseen = 0;
+        for of_one in self.pairs.chunk_by_mut(|one, other| one.0 == other.0) {
+            unseen += of_one.len();
+            if unseen > PAIRS_AT_ONCE {
+                unseen = 0;
+                if spend(0) {
+                    return false;
+                }
+            }
+            of_one.sort_unstable();
+        }
         std::mem::swap(&mut self.pairs, &mut self.found);
+        true
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::{AtomicI64, Ordering};
+    use std::sync::atomic::{AtomicU32, Ordering};
 
     use super::*;
     use glam::DVec3;
@@ -259,7 +279,7 @@ mod tests {
             steps in proptest::collection::vec(
                 (proptest::collection::vec(
                     (0usize..120, proptest::array::uniform3(-20..20), proptest::array::uniform3(0..6), 0u8..20), 0..30),
-                 0u8..8, proptest::bool::ANY), 1..12)
+                 0u8..8, proptest::option::of(0u32..12)), 1..12)
         ) {
             let mut corners = first;
             let mut broad_phase = BroadPhase::default();
@@ -277,10 +297,10 @@ mod tests {
                     _ => {}
                 }
                 let boxes = boxes(corners.clone());
-                if cut_short {
-                    let left = AtomicI64::new(2 * boxes.len() as i64);
-                    let spend = |work: u64| left.fetch_sub(work as i64, Ordering::Relaxed) < work as i64;
-                    broad_phase.overlapping_within(&boxes, spend, &());
+                if let Some(looks) = cut_short {
+                    // Wherever the budget is looked at it may be up: while the tree is fitted, and while it is compared.
+                    let looked = AtomicU32::new(0);
+                    broad_phase.overlapping_within(&boxes, |_| looked.fetch_add(1, Ordering::Relaxed) >= looks, &());
                 }
                 let mut expected = Vec::new();
                 brute_force::overlapping_boxes(&boxes, &mut expected);

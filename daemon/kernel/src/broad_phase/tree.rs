@@ -17,6 +17,9 @@ pub(super) const LEAF: usize = 8;
 /// Pairs of nodes compared between two looks at the budget: one or two microseconds, if all of them are leaves.
 const SLICE: u64 = 16;
 
+/// Boxes, or nodes, fitted between two looks at the budget: about a microsecond.
+const FITTED_AT_ONCE: usize = 128;
+
 /// A tree of so many nodes is worth another thread, and is compared in about so many pieces.
 const LARGE: usize = 128;
 const PIECES: usize = 64;
@@ -47,14 +50,13 @@ impl Outer {
     }
 }
 
-/// No greater, in f32. The fourth lane is 0.
+/// No greater, in f32, and finite or less than all that is. The fourth lane is 0.
 #[inline]
 fn rounded_down(values: DVec3) -> Vec4 {
-    let rounded = values.to_array().map(|value| {
-        let nearest = value as f32;
-        if f64::from(nearest) > value { nearest.next_down() } else { nearest }
-    });
-    Vec4::new(rounded[0], rounded[1], rounded[2], 0.0)
+    // Rounding takes at most half an ulp, and so does the subtraction: two ulps are more, and cost no branch.
+    let margin = |nearest: Vec4| nearest.abs() * (2.0 * f32::EPSILON) + Vec4::splat(f32::MIN_POSITIVE);
+    let nearest = Vec4::new(values.x as f32, values.y as f32, values.z as f32, 0.0).min(Vec4::splat(f32::MAX));
+    (nearest - margin(nearest)).with_w(0.0)
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -97,7 +99,7 @@ impl Tree {
         self.nodes.clear();
     }
 
-    /// A new tree over the boxes that are not empty.
+    /// A new tree over the boxes that are not empty, which has to be fitted to them.
     pub fn build(&mut self, boxes: &[GlobalBox]) {
         self.order.clear();
         self.order.extend((0..boxes.len() as u32).filter(|&i| boxes[i as usize] != GlobalBox::EMPTY));
@@ -105,7 +107,6 @@ impl Tree {
         if !self.order.is_empty() {
             self.build_node(boxes, 0, self.order.len());
         }
-        self.fit(boxes);
     }
 
     fn build_node(&mut self, boxes: &[GlobalBox], first: usize, end: usize) {
@@ -122,19 +123,30 @@ impl Tree {
         }
     }
 
-    /// Takes over where the boxes are now. The bounds of a node are those of its children, which come behind it.
-    pub fn fit(&mut self, boxes: &[GlobalBox]) {
-        self.held.clear();
-        self.held.extend(self.order.iter().map(|&i| Outer::of(&boxes[i as usize])));
-        for number in (0..self.nodes.len()).rev() {
-            let node = self.nodes[number];
-            self.nodes[number].bounds = if node.second_child == 0 {
-                let members = &self.held[node.first as usize..node.end as usize];
+    /// Takes over where the boxes are now, until `spend` says that there is no time left; says whether it came to the end. The bounds of a
+    /// node are those of its children, which come behind it.
+    pub fn fit(&mut self, boxes: &[GlobalBox], spend: impl Fn(u64) -> bool) -> bool {
+        let Tree { order, held, nodes, .. } = self;
+        held.clear();
+        for slice in order.chunks(FITTED_AT_ONCE) {
+            if spend(0) {
+                return false;
+            }
+            held.extend(slice.iter().map(|&i| Outer::of(&boxes[i as usize])));
+        }
+        for number in (0..nodes.len()).rev() {
+            if number % FITTED_AT_ONCE == 0 && spend(0) {
+                return false;
+            }
+            let node = nodes[number];
+            nodes[number].bounds = if node.second_child == 0 {
+                let members = &held[node.first as usize..node.end as usize];
                 members.iter().fold(Outer::EMPTY, |all, member| all.joined(member))
             } else {
-                self.nodes[number + 1].bounds.joined(&self.nodes[node.second_child as usize].bounds)
+                nodes[number + 1].bounds.joined(&nodes[node.second_child as usize].bounds)
             };
         }
+        true
     }
 
     /// Appends all pairs of boxes that overlap, in any order; says how many pairs of nodes were compared, if it came to the end before
