@@ -6,6 +6,9 @@
 //! pairs of voxels: a small memory of recent candidates keeps most repetitions from the exact test, and what slips through is
 //! merged in stage 9.
 
+mod list;
+mod recent;
+
 use glam::{DVec3, Vec4};
 
 use crate::affine::{Rows, world_vertex};
@@ -15,6 +18,8 @@ use crate::instructions::{Work, dispatch};
 use crate::object::Object;
 use crate::submatrix::{BoxFrame, PairFrame};
 use crate::voxel_pairs::VoxelPair;
+use list::List;
+pub(crate) use recent::Recent;
 
 /// A triangle at its world position.
 #[derive(Debug, Clone, Copy)]
@@ -55,6 +60,14 @@ impl RoundedBox {
         (self.min - other.max).max(other.min - self.max).truncate().max_element()
     }
 
+    /// What holds nothing.
+    const EMPTY: RoundedBox = RoundedBox { min: Vec4::INFINITY, max: Vec4::NEG_INFINITY };
+
+    #[inline(always)]
+    fn joined(&self, other: &RoundedBox) -> RoundedBox {
+        RoundedBox { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
     /// What both hold.
     #[inline(always)]
     fn common(&self, other: &RoundedBox) -> RoundedBox {
@@ -76,17 +89,19 @@ struct WorldSide {
     pair: u32,
     boxes: Vec<RoundedBox>,
     corners: Vec<[DVec3; 3]>,
-    /// The triangles of a cell that reach the other cell.
-    reaching: Vec<(RoundedBox, u32)>,
-    /// The triangles of a cell above the full order, each once.
-    merged: Vec<u32>,
 }
 
 /// Memory of the stage, kept by each worker from step to step.
 #[derive(Debug, Default)]
 pub(crate) struct Candidates {
     sides: [WorldSide; 2],
-    pairs: Vec<[u32; 2]>,
+    /// The triangles of each cell that reach the other cell.
+    reaching: [List<(RoundedBox, u32)>; 2],
+    /// Those of the second cell whose boxes overlap that of one of the first.
+    near: List<u32>,
+    /// The triangles of a cell above the full order, each once.
+    merged: Vec<u32>,
+    pairs: List<[u32; 2]>,
     recent: Recent,
 }
 
@@ -105,7 +120,12 @@ impl Work for AddAll<'_, '_> {
     #[inline(always)]
     fn run(self) -> u64 {
         let AddAll { candidates, voxels, objects, frame, clearance } = self;
-        voxels.iter().map(|voxels| candidates.add(voxels, objects, frame, clearance)).sum()
+        // A loop: what an iterator folds is not inlined, and then not compiled for the processor.
+        let mut pairs = 0;
+        for voxels in voxels {
+            pairs += candidates.add(voxels, objects, frame, clearance);
+        }
+        pairs
     }
 }
 
@@ -142,26 +162,64 @@ impl Candidates {
     fn add(&mut self, voxels: &VoxelPair, objects: [&Object; 2], frame: &PairFrame, clearance: &mut f64) -> u64 {
         let [min, max] = frame.common_box(&voxels.cells);
         let both = RoundedBox { min, max };
-        let [first, second] = &mut self.sides;
-        let [a, b] = &voxels.cells;
-        let pairs = first.gather(a, objects[0], &both) * second.gather(b, objects[1], &both);
-        for (bounds, p) in &first.reaching {
-            for (other, q) in &second.reaching {
-                if bounds.overlaps(other) {
-                    if self.recent.is_new(*p, *q) {
-                        self.pairs.push([*p, *q]);
-                    }
-                } else if *clearance > 0.0 {
-                    *clearance = clearance.min(frame.boxes().at_least(bounds.gap(other)));
-                }
+        let [side_a, side_b] = &mut self.sides;
+        let [first, second] = &mut self.reaching;
+        let numbers = listed(&voxels.cells[0], objects[0], &mut self.merged);
+        let mut count = numbers.len();
+        let met = side_a.reaching(numbers, objects[0], &both, first);
+        let numbers = listed(&voxels.cells[1], objects[1], &mut self.merged);
+        count *= numbers.len();
+        if first.kept().is_empty() {
+            return count as u64;
+        }
+        // What is near without meeting counts only where there is a clearance to lower.
+        let within = if *clearance > 0.0 { both } else { met };
+        side_b.reaching(numbers, objects[1], &within, second);
+        self.pair_up();
+        if *clearance > 0.0 {
+            *clearance = clearance.min(frame.boxes().at_least(self.least_gap()));
+        }
+        count as u64
+    }
+
+    /// Appends the pairs that reach each other and were not seen lately.
+    #[inline(always)]
+    fn pair_up(&mut self) {
+        let Candidates { reaching: [first, second], near, pairs, recent, .. } = self;
+        for (bounds, p) in first.kept() {
+            near.clear();
+            let mut writer = near.write(second.kept().len());
+            for (other, q) in second.kept() {
+                writer.put(*q, bounds.overlaps(other));
+            }
+            let count = writer.count;
+            near.end(count);
+            let mut writer = pairs.write(count);
+            for &q in near.kept() {
+                writer.put([*p, q], recent.is_new(*p, q));
+            }
+            let count = writer.count;
+            pairs.end(count);
+        }
+    }
+
+    /// How far the nearest of those are that do not reach each other, along the axis where that is most.
+    #[inline(always)]
+    fn least_gap(&self) -> f32 {
+        let [first, second] = &self.reaching;
+        let mut least = f32::INFINITY;
+        for (bounds, _) in first.kept() {
+            for (other, _) in second.kept() {
+                let gap = bounds.gap(other);
+                least = if gap > 0.0 { least.min(gap) } else { least };
             }
         }
-        pairs as u64
+        least
     }
 
     /// The candidates of the batch: pairs of triangle numbers.
     pub fn pairs(&self) -> &[[u32; 2]] {
-        &self.pairs
+        self.pairs.kept()
     }
 
     /// The world positions of a pair of triangles.
@@ -182,8 +240,6 @@ impl Default for WorldSide {
             pair: 0,
             boxes: vec![RoundedBox::default(); WorldSide::HELD],
             corners: vec![[DVec3::ZERO; 3]; WorldSide::HELD],
-            reaching: Vec::new(),
-            merged: Vec::new(),
         }
     }
 }
@@ -233,36 +289,44 @@ impl WorldSide {
         self.held[place] = (number, self.pair);
     }
 
-    /// Finds the triangles of a cell that reach a box; says how many the cell has.
+    /// Finds the triangles that reach a box, and what each has of it; says what all of them have of it together.
     #[inline(always)]
-    fn gather(&mut self, cell: &Cell, object: &Object, within: &RoundedBox) -> usize {
-        let matrix = object.matrix();
-        if usize::from(cell.rank) == matrix.lattice().cuts().len() {
-            self.reaching(matrix.triangles_in(cell), object, within)
-        } else {
-            let mut merged = std::mem::take(&mut self.merged);
-            merged.clear();
-            merged.extend_from_slice(matrix.triangles_in(cell));
-            merged.sort_unstable();
-            merged.dedup();
-            let count = self.reaching(&merged, object, within);
-            self.merged = merged;
-            count
-        }
-    }
-
-    #[inline(always)]
-    fn reaching(&mut self, numbers: &[u32], object: &Object, within: &RoundedBox) -> usize {
-        self.reaching.clear();
+    fn reaching(
+        &mut self,
+        numbers: &[u32],
+        object: &Object,
+        within: &RoundedBox,
+        reaching: &mut List<(RoundedBox, u32)>,
+    ) -> RoundedBox {
+        reaching.clear();
+        let mut writer = reaching.write(numbers.len());
         for &number in numbers {
             let place = self.place(number, object);
             let bounds = self.boxes[place];
-            if bounds.overlaps(within) {
-                self.reaching.push((bounds.common(within), number));
-            }
+            writer.put((bounds.common(within), number), bounds.overlaps(within));
         }
-        numbers.len()
+        let count = writer.count;
+        reaching.end(count);
+        let mut all = RoundedBox::EMPTY;
+        for (bounds, _) in reaching.kept() {
+            all = all.joined(bounds);
+        }
+        all
     }
+}
+
+/// The triangles of a cell, each once.
+#[inline(always)]
+fn listed<'l>(cell: &Cell, object: &'l Object, merged: &'l mut Vec<u32>) -> &'l [u32] {
+    let matrix = object.matrix();
+    if usize::from(cell.rank) == matrix.lattice().cuts().len() {
+        return matrix.triangles_in(cell);
+    }
+    merged.clear();
+    merged.extend_from_slice(matrix.triangles_in(cell));
+    merged.sort_unstable();
+    merged.dedup();
+    merged
 }
 
 /// As [`world_vertex`], to the bit, with all axes side by side.
@@ -270,58 +334,4 @@ impl WorldSide {
 fn world_position(columns: &[[f64; 4]; 4], [x, y, z]: [f64; 3]) -> [f64; 4] {
     let [a, b, c, d] = columns;
     std::array::from_fn(|axis| ((a[axis] * x + b[axis] * y) + c[axis] * z) + d[axis])
-}
-
-/// Candidates of this pair of bodies, by a hash of their numbers; one that is overwritten is tested again, to no harm.
-/// Forgetting is counting on, not clearing.
-#[derive(Debug)]
-pub(crate) struct Recent {
-    /// The triangle numbers and the generation they were seen in.
-    seen: Vec<(u32, u32, u64)>,
-    /// How many places are in use, a power of two, less one.
-    mask: usize,
-    generation: u64,
-    /// Entries of this generation.
-    count: usize,
-}
-
-impl Default for Recent {
-    fn default() -> Self {
-        Recent { seen: vec![(0, 0, 0); Recent::SMALLEST], mask: Recent::SMALLEST - 1, generation: 1, count: 0 }
-    }
-}
-
-impl Recent {
-    /// Fits into the innermost cache.
-    const SMALLEST: usize = 1 << 10;
-    /// 16 MiB. Polygons that are large for their voxels meet in very many pairs of them.
-    const LARGEST: usize = 1 << 20;
-
-    pub fn forget(&mut self) {
-        self.generation += 1;
-        self.count = 0;
-        self.mask = Self::SMALLEST - 1;
-    }
-
-    #[inline]
-    pub fn is_new(&mut self, a: u32, b: u32) -> bool {
-        // Fibonacci hashing (Knuth, The Art of Computer Programming 3, section 6.4).
-        let hash = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let place = (hash >> 32) as usize & self.mask;
-        let entry = (a, b, self.generation);
-        let is_new = std::mem::replace(&mut self.seen[place], entry) != entry;
-        self.count += usize::from(is_new);
-        if self.count > self.mask && self.mask < Self::LARGEST - 1 {
-            self.grow();
-        }
-        is_new
-    }
-
-    #[cold]
-    fn grow(&mut self) {
-        let size = 4 * (self.mask + 1);
-        self.seen.resize(size.max(self.seen.len()), (0, 0, 0));
-        self.mask = size - 1;
-        self.count = 0;
-    }
 }
