@@ -186,15 +186,14 @@ impl SceneThread {
     }
 
     /// What a step takes besides the kernel, whatever it finds: what it took the client to write it, and what an answer takes.
-    fn outside(header: &StepHeader, words: usize, budget: Option<Duration>) -> Duration {
+    fn outside(header: &StepHeader, words: usize, budget: Duration) -> Duration {
         /// Measured (benchmark `budgets`): to write a word and to have it in the other process, at most. What a step waited for others is
         /// not its own, and a client may write what it likes.
         const WORD: f64 = 3.5e-9;
         const MESSAGE: Duration = Duration::from_micros(10);
         const ANSWER: Duration = Duration::from_micros(30);
         const WAKE_UP: Duration = Duration::from_micros(60);
-        let sleeps = budget.is_some_and(|budget| budget > SHORT_STEP + ANSWER);
-        let answer = if sleeps { ANSWER + WAKE_UP } else { ANSWER };
+        let answer = if budget > SHORT_STEP + ANSWER { ANSWER + WAKE_UP } else { ANSWER };
         let written = match header.began {
             0 => Duration::MAX,
             began => Duration::from_nanos(transport::monotonic_nanoseconds().saturating_sub(began)),
@@ -253,7 +252,8 @@ impl SceneThread {
         reply: ReportHeader,
         start: Instant,
     ) -> Result<(), WireError> {
-        let outside = Self::outside(header, words.len(), scene.budget);
+        // Without a budget no time is looked at for it: that takes as long as the kernel does for two bodies.
+        let outside = scene.budget.map_or(Duration::ZERO, |budget| Self::outside(header, words.len(), budget));
         let message = step_payload::read(header, words, &mut self.copied)?;
         if scene.broken {
             return Err(broken());
@@ -267,7 +267,7 @@ impl SceneThread {
         let mut answer = Answer { active, reply, start, written: None };
         let kernel = &mut scene.kernel;
         let outcome = catch_unwind(AssertUnwindSafe(|| answer.compute(kernel, message, &slot)));
-        if let Some((written, pairs)) = answer.written {
+        if let Some((written, pairs)) = answer.written.filter(|_| scene.budget.is_some()) {
             self.report_cost.learn(2 * written.elapsed().as_nanos() as u64, pairs);
         }
         match outcome {

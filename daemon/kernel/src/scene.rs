@@ -69,6 +69,9 @@ struct Wanted {
     effects: Effects,
     /// All effects that a rule has ever asked for.
     rule_effects: Effects,
+    /// Whether any pair has ever had a rule, or a group of its own; and whether any has had an accuracy.
+    any_rule: bool,
+    any_accuracy: bool,
     /// Of pairs without one of their own.
     accuracy: Accuracy,
     /// The farthest that a pair with an accuracy of its own has ever asked distances for.
@@ -83,7 +86,9 @@ impl Wanted {
             boxes: places.boxes(),
             effects: self.effects,
             asked: self.effects.union(self.rule_effects),
+            any_rule: self.any_rule,
             accuracy: &self.accuracy,
+            any_accuracy: self.any_accuracy,
             up_to: self.accuracy.distance.up_to.max(self.rule_up_to),
             rigid,
             step,
@@ -108,6 +113,7 @@ impl Scene {
         self.next_id += 1;
         self.places.add(&object);
         let interest = InterestRow::of(group);
+        self.wanted.any_rule |= group.is_some();
         self.bodies.push(Body { id, object, interest, velocity: Velocity::default(), dynamics: None });
         id
     }
@@ -147,6 +153,7 @@ impl Scene {
         let at = self.index(a.min(b))?;
         self.index(a.max(b))?;
         self.bodies[at].interest.set(a.max(b), interest);
+        self.wanted.any_rule = true;
         if let Interest::Effects(effects) = interest {
             self.wanted.rule_effects = self.wanted.rule_effects.union(effects);
         }
@@ -167,6 +174,7 @@ impl Scene {
         let at = self.index(a.min(b))?;
         self.index(a.max(b))?;
         self.bodies[at].interest.set_accuracy(a.max(b), accuracy);
+        self.wanted.any_accuracy = true;
         let farthest = self.wanted.rule_up_to;
         self.wanted.rule_up_to = accuracy.map_or(farthest, |accuracy| accuracy.distance.up_to.max(farthest));
         self.step.forget();

@@ -76,8 +76,12 @@ pub(crate) struct World<'s> {
     pub effects: Effects,
     /// All effects that any pair may ask for.
     pub asked: Effects,
+    /// Whether any pair may have a rule of its own: if not, no body has to be asked.
+    pub any_rule: bool,
     /// Accuracy of pairs without one of their own.
     pub accuracy: &'s Accuracy,
+    /// Whether any pair may have one of its own.
+    pub any_accuracy: bool,
     /// The farthest that any pair asks distances for.
     pub up_to: f64,
     /// The rigid motions of the step.
@@ -98,8 +102,22 @@ impl<'s> World<'s> {
         self.places.motion(body, self.rigid, self.step)
     }
 
-    /// The accuracy of a pair of bodies, of which the first comes first.
+    /// What is asked of a pair of bodies, of which the first comes first.
+    #[inline]
+    pub fn effects_of(&self, a: u32, b: u32) -> Effects {
+        if !self.any_rule {
+            return self.effects;
+        }
+        let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
+        a.interest.effects(b.id, &b.interest, self.effects)
+    }
+
+    /// The accuracy of such a pair.
+    #[inline]
     pub fn accuracy_of(&self, a: u32, b: u32) -> &Accuracy {
+        if !self.any_accuracy {
+            return self.accuracy;
+        }
         let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
         a.interest.accuracy(b.id).unwrap_or(self.accuracy)
     }
@@ -230,7 +248,7 @@ impl Step {
         let (overlapping, farther) = if limit.spend(0) { (&[][..], &[][..]) } else { (overlapping, farther) };
         self.times.broad_phase = stopwatch.lap();
         self.last.take(&mut self.kept, &mut self.found, &mut self.touching, &mut self.results);
-        self.counts.interest_pairs = self.screen.ask(overlapping, farther, &world, &self.last) as u64;
+        self.counts.interest_pairs = self.screen.ask(overlapping, farther, &world, &self.last, workforce) as u64;
         self.is_complete = !limit.is_up();
         if self.counts.interest_pairs > 0 {
             self.screen.keep(&world, &limit, clock, &mut self.kept);
@@ -249,7 +267,8 @@ impl Step {
     /// Stages 4 to 10 of the pairs that matter.
     fn examine(&mut self, world: World<'_>, limit: &Limit<'_>, stopwatch: &mut Stopwatch<'_>) {
         let clock = stopwatch.clock;
-        self.last.decide(&mut self.kept, &world);
+        let workforce: &dyn Workforce = if limit.is_short() { &Alone } else { clock };
+        self.last.decide(&mut self.kept, &world, workforce);
         self.times.interest = stopwatch.lap();
         if self.kept.iter().all(Kept::is_settled) {
             return self.response.clear();

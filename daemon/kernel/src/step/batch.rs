@@ -227,9 +227,7 @@ impl Judging<'_> {
     /// Stages 4 to 8 of two bodies whose boxes overlap, and `containment` if it is asked.
     fn pair(&self, one: Placement<'_>, other: Placement<'_>, counts: &mut StageCounts, worker: &mut Worker) -> Verdict {
         let (a, b) = if one.body < other.body { (one, other) } else { (other, one) };
-        let World { bodies, effects, .. } = self.round.world;
-        let (first, second) = (&bodies[a.body as usize], &bodies[b.body as usize]);
-        let effects = first.interest.effects(second.id, &second.interest, effects);
+        let effects = self.round.world.effects_of(a.body, b.body);
         counts.broad_pairs += 1;
         if effects.is_empty() {
             return Verdict::Clear;

@@ -11,10 +11,13 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use rayon::prelude::*;
+
 use super::witness::Witness;
 use super::{Kept, World};
 use crate::path::Path;
 use crate::report::Level;
+use crate::workforce::Workforce;
 
 /// The first clearance lasts for so many steps such as the last one.
 const STEPS_AHEAD: f64 = 16.0;
@@ -102,7 +105,27 @@ impl Paths {
         self.of_bodies.clear();
     }
 
-    /// The paths of a pair up to the step under way; `last_step` is the number of the one before.
+    /// The paths that led to the last step, of number `last_step`, go on through the step under way.
+    pub fn go_on(&mut self, world: &World<'_>, last_step: u64) {
+        go_on(&mut self.of_bodies, 0, world, last_step);
+    }
+
+    /// The same by all threads.
+    pub fn go_on_shared(&mut self, world: &World<'_>, last_step: u64, workforce: &dyn Workforce) {
+        /// Bodies that one thread takes at a time, some microseconds of work.
+        const CHUNK: usize = 64;
+        let paths = &mut self.of_bodies;
+        let go_on = |(chunk, paths): (usize, &mut [Path])| go_on(paths, CHUNK * chunk, world, last_step);
+        workforce.share(&mut || paths.par_chunks_mut(CHUNK).enumerate().for_each(go_on));
+    }
+
+    /// The paths of a pair that have gone on through the step under way, if both have.
+    fn known(&self, pair: &Kept, world: &World<'_>) -> Option<[Path; 2]> {
+        let path = |body: u32| self.of_bodies.get(body as usize).filter(|path| path.step() == world.step);
+        Some([*path(pair.a)?, *path(pair.b)?])
+    }
+
+    /// The paths of a pair up to the step under way, begun there if need be; `last_step` is the number of the one before.
     fn of(&mut self, pair: &Kept, world: &World<'_>, last_step: u64) -> [Path; 2] {
         if self.of_bodies.len() < world.bodies.len() {
             self.of_bodies.resize(world.bodies.len(), Path::default());
@@ -110,21 +133,32 @@ impl Paths {
         [pair.a, pair.b].map(|body| {
             let path = &mut self.of_bodies[body as usize];
             if path.step() != world.step {
-                let goes_on = path.step() == last_step && !world.places.is_exchanged(body, world.step);
-                *path = if goes_on {
-                    path.advanced(world.places.displacement(body, world.rigid, world.step), world.step)
-                } else {
-                    Path::begin(world.step)
-                };
+                *path = followed(path, body, world, last_step);
             }
             *path
         })
     }
 }
 
+/// The paths of the bodies from `first` on.
+fn go_on(paths: &mut [Path], first: usize, world: &World<'_>, last_step: u64) {
+    for (at, path) in paths.iter_mut().enumerate().filter(|(_, path)| path.step() == last_step) {
+        *path = followed(path, (first + at) as u32, world, last_step);
+    }
+}
+
+/// A path through the step under way.
+fn followed(path: &Path, body: u32, world: &World<'_>, last_step: u64) -> Path {
+    if path.step() == last_step && !world.places.is_exchanged(body, world.step) {
+        path.advanced(world.places.displacement(body, world.rigid, world.step), world.step)
+    } else {
+        Path::begin(world.step)
+    }
+}
+
 /// Takes over what a pair knows from the last step, and decides it where that is enough.
-pub(super) fn recall(pair: &mut Kept, last: &Kept, world: &World<'_>, paths: &mut Paths, last_step: u64) {
-    let paths = paths.of(pair, world, last_step);
+pub(super) fn recall(pair: &mut Kept, last: &Kept, world: &World<'_>, paths: &Paths) {
+    let Some(paths) = paths.known(pair, world) else { return };
     if !paths.iter().all(Path::leads_through) {
         return;
     }

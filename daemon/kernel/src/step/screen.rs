@@ -11,11 +11,12 @@ use super::{Clock, FAR, Kept, Limit, World};
 use crate::effects::Effects;
 use crate::report::Level;
 use crate::submatrix::{Outline, are_apart};
+use crate::workforce::Workforce;
 
 /// Pairs looked at between two looks at the budget: a few microseconds.
 const SLICE: usize = 64;
 
-/// Pairs that one thread takes at a time.
+/// Pairs, or bodies, that one thread takes at a time.
 const CHUNK: usize = 128;
 
 /// Pairs before it is worth waking another thread, and that are shared out at once: less than a millisecond of work.
@@ -34,7 +35,7 @@ pub(super) struct Screen {
 }
 
 /// A pair of bodies of which something is asked.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Asked {
     a: u32,
     b: u32,
@@ -52,7 +53,13 @@ struct Known<'s> {
     next: [usize; 2],
 }
 
-impl Known<'_> {
+impl<'s> Known<'s> {
+    /// Of pairs from this one on.
+    fn from(pair: (u32, u32), remembered: &'s LastStep, looked_at: &'s [Asked]) -> Known<'s> {
+        let next = [remembered.first_from(pair), looked_at.partition_point(|last| (last.a, last.b) < pair)];
+        Known { remembered, looked_at, next }
+    }
+
     /// Whether the first look can be spared, and whether the pair is apart, as it was then.
     fn of(&mut self, pair: (u32, u32), effects: Effects, world: &World<'_>) -> (bool, bool) {
         let [next, next_looked_at] = &mut self.next;
@@ -83,25 +90,32 @@ impl Screen {
         farther: &[(u32, u32)],
         world: &World<'_>,
         last: &LastStep,
+        workforce: &dyn Workforce,
     ) -> usize {
         std::mem::swap(&mut self.pairs, &mut self.last);
-        let mut known = Known { remembered: last, looked_at: &self.last, next: [0; 2] };
-        let mut pair = |a: u32, b: u32, overlapping: bool| {
-            let (first, second) = (&world.bodies[a as usize], &world.bodies[b as usize]);
-            let effects = first.interest.effects(second.id, &second.interest, world.effects);
-            let matters = if overlapping { !effects.is_empty() } else { effects.meets(FAR) };
-            let (is_known, apart) = known.of((a, b), effects, world);
-            matters.then_some(Asked { a, b, effects, overlapping, is_known, apart })
-        };
-        self.pairs.clear();
-        if farther.is_empty() {
-            self.pairs.extend(overlapping.iter().filter_map(|&(a, b)| pair(a, b, true)));
+        let Screen { pairs, last: looked_at, .. } = self;
+        pairs.clear();
+        if farther.is_empty() && overlapping.len() >= LIGHT && workforce.threads() > 1 {
+            pairs.resize(overlapping.len(), Asked::default());
+            let ask = |(asked, pairs): (&mut [Asked], &[(u32, u32)])| {
+                let mut known = Known::from(pairs[0], last, looked_at);
+                asked
+                    .iter_mut()
+                    .zip(pairs)
+                    .for_each(|(asked, &pair)| *asked = Asked::of(pair, true, world, &mut known));
+            };
+            workforce.share(&mut || pairs.par_chunks_mut(CHUNK).zip(overlapping.par_chunks(CHUNK)).for_each(ask));
         } else {
+            let mut known = Known { remembered: last, looked_at, next: [0; 2] };
             let mut next = overlapping.iter().peekable();
-            let pairs = farther.iter().filter_map(|&far| pair(far.0, far.1, next.next_if_eq(&&far).is_some()));
-            self.pairs.extend(pairs);
+            let all = if farther.is_empty() { overlapping } else { farther };
+            pairs.extend(all.iter().map(|&pair| {
+                let overlapping = next.next_if_eq(&&pair).is_some();
+                Asked::of(pair, overlapping, world, &mut known)
+            }));
         }
-        self.pairs.len()
+        pairs.retain(Asked::matters);
+        pairs.len()
     }
 
     /// The first look of stage 5, at the pairs of which only the surfaces are asked and all of the accuracy. The others are kept.
@@ -117,11 +131,12 @@ impl Screen {
             }
             return kept.extend(pairs.iter().filter(|pair| !pair.apart).map(Asked::kept));
         }
-        outline(pairs, outlines, steps, world);
-        let look = |pair: &mut Asked| pair.look(world, outlines);
         if pairs.len() < LIGHT {
-            pairs.iter_mut().for_each(look);
+            outline(pairs, outlines, steps, world);
+            pairs.iter_mut().for_each(|pair| pair.look(world, outlines));
         } else {
+            outline_shared(pairs, outlines, steps, world, clock);
+            let look = |pair: &mut Asked| pair.look(world, outlines);
             for pairs in pairs.chunks_mut(TURN) {
                 clock.share(&mut || pairs.par_chunks_mut(CHUNK).for_each(|pairs| pairs.iter_mut().for_each(look)));
             }
@@ -132,23 +147,56 @@ impl Screen {
 
 /// The outlines of the bodies of these pairs.
 fn outline(pairs: &[Asked], outlines: &mut Vec<Outline>, steps: &mut Vec<u64>, world: &World<'_>) {
-    let count = world.bodies.len();
-    if steps.len() < count {
-        steps.resize(count, 0);
-        outlines.resize(count, Outline::default());
-    }
-    for pair in pairs.iter().filter(|pair| !pair.is_known) {
-        for body in [pair.a, pair.b] {
-            let at = body as usize;
-            if steps[at] != world.step {
-                steps[at] = world.step;
-                outlines[at] = Outline::of(world.placed(body));
-            }
+    make_room(outlines, steps, world);
+    for body in bodies(pairs) {
+        if steps[body] != world.step {
+            steps[body] = world.step;
+            outlines[body] = Outline::of(world.placed(body as u32));
         }
     }
 }
 
+/// The same by all threads, for pairs that are the only ones of the step.
+fn outline_shared(
+    pairs: &[Asked],
+    outlines: &mut Vec<Outline>,
+    steps: &mut Vec<u64>,
+    world: &World<'_>,
+    clock: &dyn Clock,
+) {
+    make_room(outlines, steps, world);
+    bodies(pairs).for_each(|body| steps[body] = world.step);
+    let outline = |(chunk, (outlines, steps)): (usize, (&mut [Outline], &[u64]))| {
+        for (at, outline) in outlines.iter_mut().enumerate().filter(|&(at, _)| steps[at] == world.step) {
+            *outline = Outline::of(world.placed((CHUNK * chunk + at) as u32));
+        }
+    };
+    clock.share(&mut || outlines.par_chunks_mut(CHUNK).zip(steps.par_chunks(CHUNK)).enumerate().for_each(outline));
+}
+
+fn make_room(outlines: &mut Vec<Outline>, steps: &mut Vec<u64>, world: &World<'_>) {
+    if steps.len() < world.bodies.len() {
+        steps.resize(world.bodies.len(), 0);
+        outlines.resize(world.bodies.len(), Outline::default());
+    }
+}
+
+/// The bodies of pairs that are to be looked at.
+fn bodies(pairs: &[Asked]) -> impl Iterator<Item = usize> {
+    pairs.iter().filter(|pair| !pair.is_known).flat_map(|pair| [pair.a as usize, pair.b as usize])
+}
+
 impl Asked {
+    fn of((a, b): (u32, u32), overlapping: bool, world: &World<'_>, known: &mut Known<'_>) -> Asked {
+        let effects = world.effects_of(a, b);
+        let (is_known, apart) = known.of((a, b), effects, world);
+        Asked { a, b, effects, overlapping, is_known, apart }
+    }
+
+    fn matters(&self) -> bool {
+        if self.overlapping { !self.effects.is_empty() } else { self.effects.meets(FAR) }
+    }
+
     fn look(&mut self, world: &World<'_>, outlines: &[Outline]) {
         if !self.is_known {
             self.apart = self.is_apart(world, outlines);

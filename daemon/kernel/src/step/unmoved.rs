@@ -1,9 +1,16 @@
 //! Pairs that have not moved since the last step: what was found then is true now.
 
+use rayon::prelude::*;
+
 use super::coherence::{self, Paths, recall};
 use super::conclusion::is_needed;
 use super::{Kept, Results, World, run};
 use crate::effects::{Effects, Found, Touching};
+use crate::workforce::Workforce;
+
+/// Pairs that are worth another thread, and that one takes at a time.
+const MANY: usize = 256;
+const CHUNK: usize = 64;
 
 /// What the last step found.
 #[derive(Debug, Default)]
@@ -55,17 +62,33 @@ impl LastStep {
         world.places.rests_since_end_of(body, self.step)
     }
 
+    /// Where to look for a pair first, and for the pairs behind it.
+    pub fn first_from(&self, pair: (u32, u32)) -> usize {
+        self.kept.partition_point(|last| (last.a, last.b) < pair)
+    }
+
     /// Whether something that may spare a test is known of a pair; `next` is where to look for it, and for the pairs behind it.
     pub fn remembers(&self, pair: (u32, u32), next: &mut usize) -> bool {
         *next += self.kept[*next..].iter().take_while(|last| (last.a, last.b) < pair).count();
         self.kept.get(*next).is_some_and(|last| (last.a, last.b) == pair && last.memory.is_useful())
     }
 
-    /// Decides the pairs of which neither body has moved and the same is asked as then. Both lists are ordered.
-    pub fn decide(&mut self, kept: &mut [Kept], world: &World<'_>) {
+    /// Decides the pairs of which neither body has moved and the same is asked as then, or which have moved less than they were apart. Both
+    /// lists are ordered.
+    pub fn decide(&mut self, kept: &mut [Kept], world: &World<'_>, workforce: &dyn Workforce) {
+        if kept.len() < MANY || workforce.threads() == 1 {
+            self.paths.go_on(world, self.step);
+            return self.decide_in(kept, 0, world);
+        }
+        self.paths.go_on_shared(world, self.step, workforce);
+        let decide = |kept: &mut [Kept]| self.decide_in(kept, self.first_from((kept[0].a, kept[0].b)), world);
+        workforce.share(&mut || kept.par_chunks_mut(CHUNK).for_each(decide));
+    }
+
+    /// The same for some of them, which are to be looked for from `next` on.
+    fn decide_in(&self, kept: &mut [Kept], mut next: usize, world: &World<'_>) {
         let step = self.step;
         let is_unmoved = |body: u32| world.places.rests_since_end_of(body, step);
-        let mut next = 0;
         for pair in kept {
             next += self.kept[next..].iter().take_while(|last| (last.a, last.b) < (pair.a, pair.b)).count();
             let Some(last) = self.kept.get(next).filter(|last| (last.a, last.b) == (pair.a, pair.b)) else { continue };
@@ -80,7 +103,7 @@ impl LastStep {
                 pair.memory = last.memory;
                 pair.concluded = is_concluded(pair, world, step);
             } else {
-                recall(pair, last, world, &mut self.paths, step);
+                recall(pair, last, world, &self.paths);
             }
         }
     }
