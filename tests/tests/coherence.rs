@@ -86,6 +86,34 @@ fn bodies_in_steps_of_all_sizes_are_reported_as_in_a_new_scene() {
     }
 }
 
+/// So many bodies that their outlines, their paths and what is known of their pairs are shared out.
+#[test]
+fn a_crowd_in_small_steps_by_two_threads_is_reported_as_in_a_new_scene_by_one() {
+    let pools = [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool"));
+    let bunny = meshes::shipped("low_poly_bunny", None);
+    let size = 1.0 / meshes::longest_side(&bunny);
+    let objects = vec![bunny; 400];
+    let fitted = |rows: &Rows| rows.map(|[x, y, z, shift]| [size * x, size * y, size * z, shift]);
+    let moved =
+        |number: usize| crowd::moving_within(7.0, objects.len(), 5, 8).swap_remove(number).iter().map(fitted).collect();
+    let (first, mut last): (Vec<Rows>, Vec<Rows>) = (moved(0), moved(4));
+    // The first bodies rest, so that whoever took others for them would take those for resting.
+    last[..70].copy_from_slice(&first[..70]);
+    let ends = [first, last];
+    let mut long = scene(&objects, Effects::INTERFERENCE);
+    let mut skipped = 0;
+    for part in 0..16 {
+        let placed = between(&ends, 0.02 * f64::from(part));
+        let (found, counts) = pools[1].install(|| step(&mut long, &placed));
+        let mut new = scene(&objects, Effects::INTERFERENCE);
+        let (expected, all) = pools[0].install(|| step(&mut new, &placed));
+        assert_eq!(found, expected, "step {part}");
+        assert!(all.broad_pairs > 1000 && all.container_pairs > 500, "{all:?}");
+        skipped += all.container_pairs - counts.container_pairs;
+    }
+    assert!(skipped > 1000, "{skipped} pairs were decided by what was known of them");
+}
+
 #[test]
 fn a_pair_in_small_steps_is_seldom_tested() {
     let bunny = meshes::shipped("low_poly_bunny", None);
