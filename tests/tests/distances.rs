@@ -1,13 +1,15 @@
 //! The effect `distance` against all pairs of triangles, exact distances of integer triangles, and the hard cases.
 
+use std::sync::Arc;
+
 use collided_kernel::affine::world_vertex;
 use collided_kernel::effects::distance::{Distance, DistanceSettings, Memory, distance};
 use collided_kernel::global_boxes::GlobalBox;
-use collided_kernel::{Object, PolygonMesh, brute_force};
+use collided_kernel::{Effects, NoClock, Object, PolygonMesh, Scene, Transforms, brute_force};
 use collided_protocol::step::Rows;
 use collided_tests::exact_distance::{self, Square};
 use collided_tests::transforms::{Linear, direction, linear, placed};
-use collided_tests::{hardcases, meshes};
+use collided_tests::{crowd, hardcases, meshes};
 use proptest::array::uniform3;
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -238,4 +240,24 @@ fn an_empty_object_is_at_no_distance() {
     let triangle = one_triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     assert_eq!(exact((&empty, &STILL), (&triangle, &STILL)), None);
     assert_eq!(exact((&triangle, &STILL), (&empty, &STILL)), None);
+}
+
+/// A step takes the distance of bodies that interfere from their pairs of triangles, and searches that of others.
+#[test]
+fn a_step_gives_what_the_search_finds_whether_the_bodies_interfere_or_not() {
+    let [spot, bunny] = ["spot", "low_poly_bunny"].map(|name| meshes::shipped(name, None));
+    let size = meshes::longest_side(&spot) / meshes::longest_side(&bunny);
+    let mut scene = Scene::new(Effects::DISTANCE);
+    for object in [&spot, &bunny] {
+        scene.add_body(Arc::clone(object), None);
+    }
+    let mut met = [0, 0];
+    for pose in crowd::moving_within(0.7 * meshes::longest_side(&spot), 40, 1, 5).swap_remove(0) {
+        let placed = [STILL, pose.map(|[x, y, z, shift]| [size * x, size * y, size * z, shift])];
+        let report = scene.step(Transforms::Dense(&placed), &NoClock).expect("the transforms are finite");
+        let expected = exact((&spot, &placed[0]), (&bunny, &placed[1])).expect("there is no limit");
+        assert_eq!(report.distances(), [(0, expected)], "{placed:?}");
+        met[usize::from(expected.value == 0.0)] += 1;
+    }
+    assert!(met[0] > 5 && met[1] > 5, "{met:?}");
 }

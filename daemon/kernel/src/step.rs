@@ -34,7 +34,7 @@ use crate::transforms::RigidMotion;
 use crate::workforce::{Alone, Workforce};
 pub(crate) use batch::Batch;
 use coherence::{Clearance, Memory};
-use conclusion::{AT_CONTACTS, BEYOND_SURFACES};
+use conclusion::{BEYOND_SURFACES, OF_TRIANGLES};
 pub use cost::CostPerPair;
 use first_step::time_fault;
 pub(crate) use limit::Limit;
@@ -174,7 +174,7 @@ impl Kept {
 
     /// Whether an effect needs every pair of polygons that interfere.
     pub fn wants_all(&self) -> bool {
-        self.effects.meets(Effects::POLYGON_PAIRS.union(AT_CONTACTS))
+        self.effects.meets(Effects::POLYGON_PAIRS.union(OF_TRIANGLES))
     }
 
     /// What stages 5 to 8 have come to.

@@ -22,6 +22,7 @@ use glam::DVec3;
 use crate::affine::{Rows, magnitude};
 use crate::cell_boxes::CellBox;
 use crate::cells::Cell;
+use crate::effects::contacts::TrianglePair;
 use crate::global_boxes::GlobalBox;
 use crate::object::Object;
 use crate::polygon_pairs::{Recent, WorldTriangle};
@@ -107,6 +108,20 @@ pub fn distance(
     }
     search.run();
     search.result()
+}
+
+/// The distance of two placed objects that interfere, from all pairs of triangles that do: what [`distance`] finds, without a search.
+pub(crate) fn at_contact(
+    a: (&Object, &Rows),
+    b: (&Object, &Rows),
+    interfering: impl Iterator<Item = TrianglePair>,
+) -> Option<Distance> {
+    let polygons = |pair: &TrianglePair| [a.0.polygon_of(pair.a as usize), b.0.polygon_of(pair.b as usize)];
+    let first = interfering.min_by_key(|pair| (polygons(pair), [pair.a, pair.b]))?;
+    let [p, q] = [WorldTriangle::new(first.a, a.0, a.1), WorldTriangle::new(first.b, b.0, b.1)];
+    let Nearest { value, lower, on_p, on_q, .. } = triangles::common_point(&p.corners, &q.corners);
+    let [polygon_a, polygon_b] = polygons(&first);
+    Some(Distance { value, lower, on_a: on_p.to_array(), on_b: on_q.to_array(), polygon_a, polygon_b })
 }
 
 /// Pairs of triangles that are compared as they are: about what it costs to cut a cell.

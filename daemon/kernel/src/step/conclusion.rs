@@ -17,6 +17,9 @@ use crate::submatrix::Placed;
 /// The effects that look at where the surfaces meet.
 pub(super) const AT_CONTACTS: Effects = Effects::CONTACTS.union(Effects::PENETRATION).union(Effects::RESPONSE);
 
+/// The effects that need all pairs of triangles of surfaces that meet: these, and the distance, which then is 0.
+pub(super) const OF_TRIANGLES: Effects = AT_CONTACTS.union(Effects::DISTANCE);
+
 /// The effects that have something to say of surfaces that are apart.
 pub(super) const BEYOND_SURFACES: Effects = FAR.union(Effects::CONTAINMENT);
 
@@ -69,12 +72,16 @@ impl Conclusion {
             is_inside = found.is_proven();
             self.contained.push((pair, found));
         }
+        let meets = verdict == Verdict::Interfering && !kept.is_unfinished();
         if kept.effects.contains(Effects::DISTANCE) {
-            self.counts.distance_searches += 1;
-            let found = distance(a, b, world.accuracy_of(kept.a, kept.b).distance, &mut self.distance_memory);
+            let found = if meets {
+                distance::at_contact(a, b, touching.iter().map(|touching| touching.triangles))
+            } else {
+                self.counts.distance_searches += 1;
+                distance(a, b, world.accuracy_of(kept.a, kept.b).distance, &mut self.distance_memory)
+            };
             self.distances.extend(found.map(|found| (pair, found)));
         }
-        let meets = verdict == Verdict::Interfering && !kept.is_unfinished();
         if meets && kept.effects.meets(AT_CONTACTS) {
             self.add_contacts(pair, kept, touching, a, b);
         }

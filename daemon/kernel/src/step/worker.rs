@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
-use super::conclusion::{AT_CONTACTS, Conclusion};
+use super::conclusion::{Conclusion, OF_TRIANGLES};
 use super::limit::Limit;
 use super::witness::{self, Witness};
 use super::{Clock, Kept, Stopwatch, World};
@@ -425,7 +425,7 @@ impl Worker {
     /// Stage 8.
     fn test<A: Arithmetic>(&mut self, arithmetic: A, visit: &Visit<'_>) {
         let (pair, kept, [a, b]) = (visit.task.pair, visit.kept, visit.sides);
-        let (polygons, touching) = (kept.effects.contains(Effects::POLYGON_PAIRS), kept.effects.meets(AT_CONTACTS));
+        let (polygons, touching) = (kept.effects.contains(Effects::POLYGON_PAIRS), kept.effects.meets(OF_TRIANGLES));
         for at in 0..self.candidates.pairs().len() {
             let numbers = self.candidates.pairs()[at];
             let [p, q] = self.candidates.corners(numbers, visit.objects());
