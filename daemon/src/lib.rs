@@ -2,9 +2,9 @@
 //!
 //! The daemon, in reading order: [`serve`] starts and ends it; [`rendezvous`] makes it found; [`control`] answers the unix
 //! socket, a thread a connection, and [`bad_request`] what it cannot read; [`database`] holds the objects, [`object_loading`]
-//! builds them, [`upload`] brings them in from a client's memory; [`scene`] holds bodies, [`scene_thread`] answers steps,
-//! which [`step_payload`] reads, and [`report_writer`] writes the reports; [`budget`] lets them take turns on the threads; [`kernel_errors`] puts the kernel's
-//! errors into words for the wire; [`cleaner`] clears up after dead clients.
+//! builds them, [`upload`] brings them in from a client's memory; [`scene`] holds bodies, [`scene_thread`] answers steps, on another
+//! [`processor`] than its client waits on; [`step_payload`] reads them, and [`report_writer`] writes the reports; [`budget`] lets them
+//! take turns on the threads; [`kernel_errors`] puts the kernel's errors into words for the wire; [`cleaner`] clears up after dead clients.
 //! The program is [`program`], its commands [`command`], [`check`], [`demo`] and [`accuracy`].
 
 pub mod bad_request;
@@ -15,6 +15,7 @@ pub mod database;
 pub mod kernel_errors;
 pub mod names;
 pub mod object_loading;
+pub mod processor;
 pub mod rendezvous;
 pub mod report_writer;
 pub mod scene;

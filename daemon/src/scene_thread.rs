@@ -21,6 +21,7 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, Node};
 
 use crate::budget::Slot;
 use crate::kernel_errors;
+use crate::processor::Neighbour;
 use crate::report_writer::{self, INITIAL_REPORT_WORDS};
 use crate::scene::{Scene, SharedScene};
 use crate::state::Daemon;
@@ -44,6 +45,7 @@ struct SceneThread {
     scene: Arc<SharedScene>,
     ports: Ports,
     stopped: OwnedFd,
+    neighbour: Neighbour,
     /// What is copied out of the client's reach.
     copied: step_payload::Copied,
     /// What a pair costs when the report is known: the daemon writes it, and the client reads it.
@@ -74,6 +76,7 @@ impl RunningScene {
             scene: thread_scene,
             ports,
             stopped,
+            neighbour: Neighbour::default(),
             copied: step_payload::Copied::default(),
             report_cost: CostPerPair::default(),
         };
@@ -194,10 +197,7 @@ impl SceneThread {
         const ANSWER: Duration = Duration::from_micros(30);
         const WAKE_UP: Duration = Duration::from_micros(60);
         let answer = if budget > SHORT_STEP + ANSWER { ANSWER + WAKE_UP } else { ANSWER };
-        let written = match header.began {
-            0 => Duration::MAX,
-            began => Duration::from_nanos(transport::monotonic_nanoseconds().saturating_sub(began)),
-        };
+        let written = under_way(header).unwrap_or(Duration::MAX);
         written.min(MESSAGE + Duration::from_secs_f64(words as f64 * WORD)) + answer
     }
 
@@ -215,9 +215,14 @@ impl SceneThread {
 
     /// Answers steps until none has come for as long as `patience`.
     fn answer_all(&mut self, patience: Duration) -> Result<(), TransportError> {
+        let mut is_awake = false;
         while !self.scene.has_ended() {
             let received = look_for(patience, || self.ports.requests.receive().map_err(failed("receive a step")))?;
             let Some(active) = received else { break };
+            if is_awake && let Some(under_way) = under_way(active.user_header()) {
+                self.neighbour.step_has_come(under_way, active.payload().len());
+            }
+            is_awake = true;
             self.answer(&active);
             drop(active);
             self.ports.reply.notify().map_err(failed("wake a client"))?;
@@ -279,6 +284,12 @@ impl SceneThread {
             }
         }
     }
+}
+
+/// How long ago a client began to write a step, if it says so.
+fn under_way(header: &StepHeader) -> Option<Duration> {
+    let since = |began| Duration::from_nanos(transport::monotonic_nanoseconds().saturating_sub(began));
+    (header.began != 0).then(|| since(header.began))
 }
 
 /// The answer to a step under way.

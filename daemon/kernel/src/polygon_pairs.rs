@@ -210,8 +210,10 @@ impl Candidates {
         let mut least = f32::INFINITY;
         for (bounds, _) in first.kept() {
             for (other, _) in second.kept() {
-                let gap = bounds.gap(other);
-                least = if gap > 0.0 { least.min(gap) } else { least };
+                if !bounds.overlaps(other) {
+                    // NaN counts as nothing.
+                    least = least.min(bounds.gap(other).max(0.0));
+                }
             }
         }
         least
