@@ -49,6 +49,12 @@ fn is_flat(rows: &Rows) -> bool {
     volume <= 1e-6 * size.powi(3)
 }
 
+/// Whether a body is flat at this time, or at the start or the end. Of such bodies the search may come to its cap before it has told
+/// what they meet from what they pass.
+fn any_flat(motions: &[Motion; 2], t: f64) -> bool {
+    motions.iter().any(|motion| [0.0, t, 1.0].iter().any(|&t| is_flat(&motion.at(t))))
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -70,7 +76,10 @@ proptest! {
                 prop_assert!(flattened || soon.any(&mut touch), "no contact soon after {}", hi);
                 lo
             }
-            TimeOfContact::Possible { .. } => return Err(TestCaseError::fail(format!("{found:?}"))),
+            TimeOfContact::Possible { lo, .. } => {
+                prop_assert!(any_flat(&motions, lo), "{:?}", found);
+                lo
+            }
         };
         for scan in 0..SCANS {
             let t = free_until * (f64::from(scan) / f64::from(SCANS)) - 1e-9;
@@ -89,6 +98,9 @@ proptest! {
             (TimeOfContact::Free, TimeOfContact::Free) => {}
             (TimeOfContact::Contact { lo, hi }, TimeOfContact::Contact { lo: other_lo, hi: other_hi }) => {
                 prop_assert!(lo <= other_hi && other_lo <= hi, "{:?} {:?}", one, other);
+            }
+            (TimeOfContact::Possible { lo, .. }, _) | (_, TimeOfContact::Possible { lo, .. }) => {
+                prop_assert!(any_flat(&motions, lo), "{:?} {:?}", one, other);
             }
             _ => return Err(TestCaseError::fail(format!("{one:?} {other:?}"))),
         }
