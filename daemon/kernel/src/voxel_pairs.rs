@@ -121,7 +121,21 @@ impl Work for Advance<'_, '_> {
 
     #[inline(always)]
     fn run(self) {
-        self.descent.advance_with(self.open, self.leaves, self.wanted, self.budget, self.counts);
+        let Advance { descent, open, leaves, wanted, budget, counts } = self;
+        while leaves.len() < wanted && *budget > 0 {
+            let Some(pair) = open.pop() else { return };
+            match descent.split(&pair) {
+                None => {
+                    counts.voxel_pairs += 1;
+                    leaves.push(pair);
+                }
+                Some(split) => {
+                    let visited = descent.expand(pair, split, open, true);
+                    counts.voxels_visited += visited;
+                    *budget -= visited as i64 + 1;
+                }
+            }
+        }
     }
 }
 
@@ -137,31 +151,6 @@ impl Descent<'_> {
         counts: &mut StageCounts,
     ) {
         dispatch(Advance { descent: self, open, leaves, wanted, budget, counts });
-    }
-
-    #[inline(always)]
-    fn advance_with(
-        &mut self,
-        open: &mut Open,
-        leaves: &mut Vec<VoxelPair>,
-        wanted: usize,
-        budget: &mut i64,
-        counts: &mut StageCounts,
-    ) {
-        while leaves.len() < wanted && *budget > 0 {
-            let Some(pair) = open.pop() else { return };
-            match self.split(&pair) {
-                None => {
-                    counts.voxel_pairs += 1;
-                    leaves.push(pair);
-                }
-                Some(split) => {
-                    let visited = self.expand(pair, split, open, true);
-                    counts.voxels_visited += visited;
-                    *budget -= visited as i64 + 1;
-                }
-            }
-        }
     }
 
     /// Goes down to the cells at which the frame ends, whatever their lists hold, until a pair of them is found of which `reaches` says
