@@ -2,8 +2,8 @@
 //!
 //! The system puts a thread that is woken where the one runs that has woken it, because that one, as a rule, sleeps next. Client and
 //! daemon rather stay awake for short steps, and the system leaves the two on one processor as long as neither sleeps, others idle or
-//! not: each looks in vain until it lets the other go first, and a step of 3 µs takes 30 (benchmark `shared_memory`). That shows in how long steps
-//! are under way to a thread that is awake.
+//! not: each looks in vain until it lets the other go first, and a step of 3 µs takes 30 (benchmark `shared_memory`). That shows in how
+//! long steps are under way to a thread that is awake.
 
 use std::time::Duration;
 

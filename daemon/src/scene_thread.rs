@@ -288,8 +288,9 @@ impl SceneThread {
 
 /// How long ago a client began to write a step, if it says so.
 fn under_way(header: &StepHeader) -> Option<Duration> {
-    let since = |began| Duration::from_nanos(transport::monotonic_nanoseconds().saturating_sub(began));
-    (header.began != 0).then(|| since(header.began))
+    // Read once: the client can still write it.
+    let began = header.began;
+    (began != 0).then(|| Duration::from_nanos(transport::monotonic_nanoseconds().saturating_sub(began)))
 }
 
 /// The answer to a step under way.
