@@ -1,6 +1,7 @@
 //! The step channel of a scene: transforms out, reports in.
 
 use std::fmt;
+use std::mem::MaybeUninit;
 use std::os::fd::BorrowedFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -23,8 +24,8 @@ use crate::error::{Error, TransportError};
 use crate::report::{Held, Report};
 use crate::scene::BodyId;
 use crate::transport::{
-    self, EmptyStepRequest, EventService, Listener, Notifier, SHORT_STEP, SPIN, StepClient, StepPending, StepRequest,
-    StepResponse, StepService, Woken, failed, look_for,
+    self, EmptyStepRequest, EventService, Listener, Notifier, StepClient, StepPending, StepRequest, StepResponse,
+    StepService, Waits, Woken, failed, look_for,
 };
 
 /// How long a waiting client sleeps at most: another thread that waits on the same scene may take its wake-up.
@@ -40,8 +41,8 @@ pub(crate) struct StepChannel {
     reply: Listener,
     sequence: AtomicU64,
     reports_held: Arc<AtomicUsize>,
-    /// How long the daemon took for the last step that was collected, in nanoseconds.
-    last_step: AtomicU64,
+    /// How long the daemon took for the steps that were collected last.
+    waits: Waits,
 }
 
 impl fmt::Debug for StepChannel {
@@ -166,13 +167,13 @@ impl StepChannel {
             .listener_builder()
             .create()
             .map_err(failed("open a scene's reply event"))?;
-        let (sequence, reports_held, last_step) = Default::default();
-        Ok(StepChannel { scene, requests, wake, reply, sequence, reports_held, last_step })
+        let (sequence, reports_held, waits) = Default::default();
+        Ok(StepChannel { scene, requests, wake, reply, sequence, reports_held, waits })
     }
 
     pub(crate) fn send_dense(self: &Arc<Self>, client: &Client, transforms: &[Rows]) -> Result<Pending, Error> {
         let (header, words) = (header(STEP_DENSE, transforms.len()), bytemuck::cast_slice::<Rows, Word>(transforms));
-        let request = self.loan(words.len())?.write_from_slice(words);
+        let request = written(self.loan(words.len())?, |memory| transport::copy(memory, words));
         self.send(client, request, header)
     }
 
@@ -183,7 +184,7 @@ impl StepChannel {
             delta_time: input.delta_time,
             ..header(STEP_SPARSE, input.transforms.len())
         };
-        let request = filled(self.loan(input.word_count())?, input.words());
+        let request = written(self.loan(input.word_count())?, |memory| transport::fill(memory, input.words()));
         self.send(client, request, header)
     }
 
@@ -207,7 +208,9 @@ impl StepChannel {
             stop_at: batch.stop_at.map_or(STOP_NEVER, |verdict| STOP_NEVER + 1 + verdict as u32),
             ..header(STEP_BATCH, batch.bodies.len())
         };
-        let request = filled(self.loan(batch_words(batch.bodies.len(), count))?, batch.words());
+        let request = written(self.loan(batch_words(batch.bodies.len(), count))?, |memory| {
+            transport::fill(memory, batch.words())
+        });
         self.send(client, request, header)
     }
 
@@ -288,7 +291,7 @@ impl Pending {
         }
         self.pending = None;
         let response = answer?;
-        self.channel.last_step.store(response.user_header().times.total, Ordering::Relaxed);
+        self.channel.waits.learn(response.user_header().times.total);
         Ok((response, Held::new(&self.channel.reports_held)))
     }
 }
@@ -296,7 +299,7 @@ impl Pending {
 impl StepChannel {
     fn wait(&self, client: &Client, pending: &StepPending, timeout: Duration) -> Result<StepResponse, Error> {
         let start = Instant::now();
-        if let Some(response) = look(pending, self.awake().min(timeout))? {
+        if let Some(response) = look(pending, self.waits.patience().min(timeout))? {
             return Ok(response);
         }
         let mut hung_up = false;
@@ -321,13 +324,6 @@ impl StepChannel {
                 return Ok(response);
             }
         }
-    }
-
-    /// How long to look for a response before sleeping: when steps are short, as long as this one is likely to take.
-    fn awake(&self) -> Duration {
-        let last = Duration::from_nanos(self.last_step.load(Ordering::Relaxed));
-        // The daemon may be asleep, too.
-        if last <= SHORT_STEP { last + 2 * SPIN } else { SPIN }
     }
 
     fn sleep(&self, stream: BorrowedFd<'_>, left: Duration) -> Result<Woken, TransportError> {
@@ -357,6 +353,7 @@ fn header(kind: u32, transform_count: usize) -> StepHeader {
         candidate_count: 1,
         motion: MOTION_LINEAR,
         began: transport::monotonic_nanoseconds(),
+        processor: 1 + transport::processor() as u32,
         ..StepHeader::default()
     }
 }
@@ -366,8 +363,9 @@ fn look(pending: &StepPending, time: Duration) -> Result<Option<StepResponse>, E
     look_for(time, || Ok(pending.receive().map_err(failed("receive a report"))?))
 }
 
-fn filled(mut request: EmptyStepRequest, words: impl Iterator<Item = Word>) -> StepRequest {
-    transport::fill(request.payload_mut(), words);
+/// A request whose words `write` has written, all of them.
+fn written(mut request: EmptyStepRequest, write: impl FnOnce(&mut [MaybeUninit<Word>])) -> StepRequest {
+    write(request.payload_mut());
     // SAFETY: every word of the payload was written.
     unsafe { request.assume_init() }
 }

@@ -1,9 +1,12 @@
 //! What daemon and client share of iceoryx2: the node of an epoch, the types of the services, and waiting.
 
+mod words;
+
 use std::fmt::Display;
 use std::io;
 use std::mem::MaybeUninit;
 use std::os::fd::{BorrowedFd, OwnedFd};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use collided_protocol::control::UploadHeader;
@@ -16,6 +19,8 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::error::TransportError;
+
+pub use words::{copy, fill};
 
 /// Ports of this service may be sent to another thread, and match those of `ipc::Service` in another process.
 pub type Service = ipc_threadsafe::Service;
@@ -47,12 +52,40 @@ pub type UploadService = publish_subscribe::PortFactory<Service, [Word], UploadH
 /// Receives the parts of an upload.
 pub type UploadSubscriber = iceoryx2::port::subscriber::Subscriber<Service, [Word], UploadHeader>;
 
-/// How long a waiting side looks at shared memory before it sleeps: a wake-up costs about as much.
-pub const SPIN: Duration = Duration::from_micros(30);
-
-/// A client looks for the report of a step as long as this, where the last one was as short. What takes longer is slept through: what is
-/// lost by waking late is little beside it.
+/// What takes longer than this is slept through: what is lost by waking late is little beside it.
 pub const SHORT_STEP: Duration = Duration::from_micros(200);
+
+/// How long the other side has let one wait, the last two times.
+#[derive(Debug)]
+pub struct Waits {
+    last: AtomicU64,
+    before: AtomicU64,
+}
+
+impl Default for Waits {
+    fn default() -> Self {
+        Waits { last: AtomicU64::new(u64::MAX), before: AtomicU64::new(u64::MAX) }
+    }
+}
+
+impl Waits {
+    /// The other side has let one wait for so long.
+    pub fn learn(&self, nanoseconds: u64) {
+        self.before.store(self.last.load(Ordering::Relaxed), Ordering::Relaxed);
+        self.last.store(nanoseconds, Ordering::Relaxed);
+    }
+
+    /// How long to look at shared memory before sleeping: where one need not wait for long, as long as it is likely to take again. One long
+    /// wait does not count: the system interrupts everybody now and then, and who then sleeps is late the next time, too.
+    pub fn patience(&self) -> Duration {
+        /// A wake-up costs about as much.
+        const SPIN: Duration = Duration::from_micros(30);
+        let [last, before] = [&self.last, &self.before].map(|wait| wait.load(Ordering::Relaxed));
+        let wait = Duration::from_nanos(last.min(before));
+        // The other side may have to be woken first.
+        if wait <= SHORT_STEP { wait + 2 * SPIN } else { SPIN }
+    }
+}
 
 /// Looks for something until it is there, or for as long as `time`, but once at least.
 ///
@@ -89,20 +122,6 @@ pub fn look_for<T, E>(time: Duration, mut look: impl FnMut() -> Result<Option<T>
     }
 }
 
-/// Writes words into memory that was loaned; zeros follow the content.
-pub fn fill(memory: &mut [MaybeUninit<Word>], content: impl Iterator<Item = Word>) {
-    let mut places = memory.iter_mut();
-    // Pushed, not pulled: to ask a chain of so many sections for each word takes longer than to write it.
-    content.for_each(|word| {
-        if let Some(place) = places.next() {
-            place.write(word);
-        }
-    });
-    for place in places {
-        place.write(0);
-    }
-}
-
 /// The iceoryx2 node of this process in the daemon's epoch.
 ///
 /// # Errors
@@ -122,6 +141,11 @@ pub fn create_node(rendezvous: &Rendezvous) -> Result<Node<Service>, TransportEr
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<Service>()
         .map_err(failed(ACTION))
+}
+
+/// The number of the processor that this thread runs on.
+pub fn processor() -> usize {
+    rustix::thread::sched_getcpu()
 }
 
 /// A service name.
@@ -224,4 +248,21 @@ pub fn check_shared_memory(bytes: u64) -> Result<(), SharedMemoryShort> {
 pub fn stop_pair() -> io::Result<(OwnedFd, OwnedFd)> {
     let (a, b) = std::os::unix::net::UnixStream::pair()?;
     Ok((a.into(), b.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_waits_are_looked_through_and_one_long_wait_does_not_end_that() {
+        let waits = Waits::default();
+        let asleep_after = waits.patience();
+        waits.learn(100_000);
+        assert_eq!(waits.patience(), Duration::from_micros(160));
+        waits.learn(5_000_000);
+        assert_eq!(waits.patience(), Duration::from_micros(160));
+        waits.learn(5_000_000);
+        assert_eq!(waits.patience(), asleep_after);
+    }
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use collided_client::TransportError;
 use collided_client::transport::{
-    self, EventService, Listener, Notifier, SHORT_STEP, SPIN, Service, StepActive, StepServer, StepService, Woken,
+    self, EventService, Listener, Notifier, SHORT_STEP, Service, StepActive, StepServer, StepService, Waits, Woken,
     failed, look_for,
 };
 use collided_kernel::{Budget, CostPerPair, StepError};
@@ -46,6 +46,12 @@ struct SceneThread {
     ports: Ports,
     stopped: OwnedFd,
     neighbour: Neighbour,
+    /// Whether it has not slept since the last step.
+    is_awake: bool,
+    /// When the last step was answered.
+    answered: Instant,
+    /// How long the client takes from a report to the next step.
+    waits: Waits,
     /// What is copied out of the client's reach.
     copied: step_payload::Copied,
     /// What a pair costs when the report is known: the daemon writes it, and the client reads it.
@@ -77,6 +83,9 @@ impl RunningScene {
             ports,
             stopped,
             neighbour: Neighbour::default(),
+            is_awake: false,
+            answered: Instant::now(),
+            waits: Waits::default(),
             copied: step_payload::Copied::default(),
             report_cost: CostPerPair::default(),
         };
@@ -203,35 +212,40 @@ impl SceneThread {
 
     fn answer_until_stopped(&mut self) -> Result<(), TransportError> {
         loop {
-            self.answer_all(SPIN)?;
+            while self.answer_next(self.waits.patience())? {}
             // A step that comes from here on wakes this thread again.
             transport::forget_notifications(&self.ports.wake)?;
-            self.answer_all(Duration::ZERO)?;
+            if self.answer_next(Duration::ZERO)? {
+                continue;
+            }
             if transport::wait(&self.ports.wake, self.stopped.as_fd(), None)? == Woken::HungUp {
                 return Ok(());
             }
+            self.is_awake = false;
         }
     }
 
-    /// Answers steps until none has come for as long as `patience`.
-    fn answer_all(&mut self, patience: Duration) -> Result<(), TransportError> {
-        let mut is_awake = false;
-        while !self.scene.has_ended() {
-            let received = look_for(patience, || self.ports.requests.receive().map_err(failed("receive a step")))?;
-            let Some(active) = received else { break };
-            if is_awake && let Some(under_way) = under_way(active.user_header()) {
-                self.neighbour.step_has_come(under_way, active.payload().len());
-            }
-            is_awake = true;
-            self.answer(&active);
-            drop(active);
-            self.ports.reply.notify().map_err(failed("wake a client"))?;
+    /// Answers the next step, if one comes within as long as `patience`.
+    fn answer_next(&mut self, patience: Duration) -> Result<bool, TransportError> {
+        if self.scene.has_ended() {
+            return Ok(false);
         }
-        Ok(())
-    }
-
-    fn answer(&mut self, active: &StepActive) {
+        let received = look_for(patience, || self.ports.requests.receive().map_err(failed("receive a step")))?;
+        let Some(active) = received else { return Ok(false) };
         let start = Instant::now();
+        self.waits.learn((start - self.answered).as_nanos() as u64);
+        if self.is_awake {
+            self.neighbour.step_has_come(active.user_header().processor);
+        }
+        self.is_awake = true;
+        self.answer(&active, start);
+        drop(active);
+        self.ports.reply.notify().map_err(failed("wake a client"))?;
+        self.answered = Instant::now();
+        Ok(true)
+    }
+
+    fn answer(&mut self, active: &StepActive, start: Instant) {
         // The client can still write what it has sent: the header is copied, and the length asked for once.
         let header: StepHeader = *active.user_header();
         let words: &[Word] = active.payload();

@@ -66,6 +66,10 @@ pub struct StepHeader {
     pub stop_at: u32,
     /// When the client began to write the step, in nanoseconds of the host's monotonic clock; zero when unknown. A budget counts from then on.
     pub began: u64,
+    /// 1 plus the number of the processor that the client runs on, zero when unknown. The daemon keeps off it while both are awake.
+    pub processor: u32,
+    /// Zero in this version.
+    pub reserved: u32,
 }
 
 /// A body that moves rigidly from its last transform, and has none in this step: at the time t from 0 to 1 its vertices are at
@@ -105,7 +109,7 @@ pub struct VelocityRecord {
 const RIGID_WORDS: usize = size_of::<RigidRecord>() / size_of::<Word>();
 const VELOCITY_WORDS: usize = size_of::<VelocityRecord>() / size_of::<Word>();
 
-const _: () = assert!(size_of::<StepHeader>() == 56);
+const _: () = assert!(size_of::<StepHeader>() == 64);
 const _: () = assert!(RIGID_WORDS == 11 && VELOCITY_WORDS == 7);
 const _: () = assert!(ROWS_WORDS == 12);
 

@@ -19,6 +19,8 @@ const REPETITIONS: usize = 40;
 const BUDGETS: [f64; 10] = [50.0, 100.0, 200.0, 300.0, 500.0, 1000.0, 2000.0, 3000.0, 5000.0, 50_000.0];
 
 fn main() {
+    // What a build has left to write keeps the processors busy later.
+    rustix::fs::sync();
     let daemon = DaemonProcess::start();
     let mut scene = scene(&daemon);
     let steps = steps();
