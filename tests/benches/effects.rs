@@ -1,7 +1,7 @@
 //! What each effect costs, alone and together, and that what was not asked for costs nothing.
 //!
 //! `cargo bench -p collided-tests --bench effects` prints, for three scenes, the median time of a step and the stage counts of its
-//! effects. In one process and one thread, without daemon or shared memory.
+//! effects, and what a distance costs by what is between the bodies. In one process and one thread, without daemon or shared memory.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -105,11 +105,22 @@ fn print(case: &Case) {
     }
 }
 
+/// What a distance costs, by what is between the bodies.
+fn print_distances() {
+    println!("\ntwo cows, 12 directions, one thread: distance\n\n| apart, in sizes | µs a step |\n|---|---|");
+    for apart in [1e0, 1e2, 1e4, 1e6, 1e9] {
+        let [from, to] = [[1.7, 0.3, 0.1], [0.4, -1.1, 1.5]].map(|place| place.map(|x| x * apart));
+        let (time, _) = measure(&pair("", ["spot", "spot"], from, to, 12), Effects::DISTANCE);
+        println!("| {apart:e} | {time:.1} |");
+    }
+}
+
 fn main() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
     pool.install(|| {
         print(&pair("rob moving over env", ["env", "rob"], [0.0, -400.0, 300.0], [0.0, 400.0, 300.0], 12));
         print(&pair("spot past spot", ["spot", "spot"], [1.2, 0.3, 0.1], [0.4, 0.1, 0.0], 12));
         print(&crowd_of_bunnies());
+        print_distances();
     });
 }

@@ -28,7 +28,7 @@ fn rounding(a: Body<'_>, b: Body<'_>) -> f64 {
     let [first, second] =
         [a, b].map(|(object, rows)| GlobalBox::of(&object.container().expect("no object is empty"), rows));
     let sides = first.max.max(second.max) - first.min.min(second.min);
-    65.0 * (f64::EPSILON / 2.0) * sides.element_sum()
+    66.0 * (f64::EPSILON / 2.0) * sides.element_sum()
 }
 
 fn corners(object: &Object, rows: &Rows, polygon: u32) -> Vec<[[f64; 3]; 3]> {
@@ -71,7 +71,8 @@ fn check_limits(a: Body<'_>, b: Body<'_>, exact: &Distance, memory: &mut Memory)
     }
     for relative_tolerance in [1e-9, 0.01, 0.5, 1.0] {
         let found = distance(a, b, DistanceSettings { relative_tolerance, ..EXACT }, memory).expect("no limit");
-        let largest = found.lower + relative_tolerance * found.value + rounding(a, b);
+        // The sum is rounded, too.
+        let largest = (found.lower + relative_tolerance * found.value + rounding(a, b)) * (1.0 + f64::EPSILON);
         prop_assert!(found.lower <= exact.value && exact.value <= found.value && found.value <= largest, "{:?}", found);
         prop_assert_eq!(found.value == 0.0, exact.value == 0.0);
     }
@@ -134,6 +135,41 @@ proptest! {
         let [a, b] = ["rob", "low_poly_bunny"].map(|name| meshes::shipped(name, Some(order)));
         let rows_a = placed(&a, &linear_a, [0.0; 3]);
         let rows_b = placed(&b, &linear_b, offset.map(|x| x * reach));
+        check((&*a, &rows_a), (&*b, &rows_b), &mut Memory::default())?;
+    }
+}
+
+/// What is between two bodies, in sizes of theirs: as near as they are large, up to where world coordinates hardly tell their vertices apart.
+fn far() -> impl Strategy<Value = f64> {
+    (0.0..15.0).prop_map(|exponent| 10f64.powf(exponent))
+}
+
+proptest! {
+    #![proptest_config(config(600))]
+
+    #[test]
+    fn small_meshes_far_apart(
+        a in small_mesh(), b in small_mesh(), linear_a in linear(), linear_b in linear(), along in direction(), away in far(),
+        both in prop_oneof![Just(0.0), far()], order in 0..=18u32,
+    ) {
+        let [a, b] = [a, b].map(|mesh| meshes::build(mesh, Some(order)));
+        prop_assume!(meshes::longest_side(&a) > 0.0 && meshes::longest_side(&b) > 0.0, "a point has no size");
+        let rows_a = placed(&a, &linear_a, [both, -both, 0.0]);
+        let rows_b = placed(&b, &linear_b, [0, 1, 2].map(|axis| rows_a[axis][3] + along[axis] * away));
+        check((&*a, &rows_a), (&*b, &rows_b), &mut Memory::default())?;
+    }
+}
+
+proptest! {
+    #![proptest_config(config(10))]
+
+    #[test]
+    fn real_meshes_far_apart(
+        linear_a in linear(), linear_b in linear(), along in direction(), away in far(), order in 0..=18u32,
+    ) {
+        let [a, b] = ["rob", "low_poly_bunny"].map(|name| meshes::shipped(name, Some(order)));
+        let rows_a = placed(&a, &linear_a, [0.0; 3]);
+        let rows_b = placed(&b, &linear_b, along.map(|x| x * away));
         check((&*a, &rows_a), (&*b, &rows_b), &mut Memory::default())?;
     }
 }

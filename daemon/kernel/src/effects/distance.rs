@@ -28,7 +28,7 @@ use crate::object::Object;
 use crate::polygon_pairs::{Recent, WorldTriangle};
 use crate::polygon_test;
 use crate::submatrix::{Placed, Which};
-use cell_bounds::{CellBounds, LANES, Lanes};
+use cell_bounds::{Afar, CellBounds, LANES, Lanes};
 use near_triangles::{NearFrame, NearTriangles};
 use triangles::{ERROR, Nearest};
 use waiting::{Open, Waiting};
@@ -51,7 +51,7 @@ impl Default for DistanceSettings {
 /// The minimum distance of two placed objects: of their surfaces at rounded world positions.
 ///
 /// With S the sum of the sides of the world box that holds both transformed containers, `lower ≤ minimum` is proven,
-/// `minimum ≤ value + 16·2^-53·S`, and `value − lower ≤ relative_tolerance·value + 65·2^-53·S`. A distance beyond the largest f64 is given as
+/// `minimum ≤ value + 16·2^-53·S`, and `value − lower ≤ relative_tolerance·value + 66·2^-53·S`. A distance beyond the largest f64 is given as
 /// the largest f64.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distance {
@@ -102,7 +102,7 @@ pub fn distance(
 ) -> Option<Distance> {
     let containers = [a.0.container()?, b.0.container()?];
     let boxes = [GlobalBox::of(&containers[0], a.1), GlobalBox::of(&containers[1], b.1)];
-    let mut search = Search::new(a, b, boxes[0].joined(&boxes[1]), settings, memory);
+    let mut search = Search::new(a, b, &boxes, settings, memory);
     if search.are_far(&boxes[0], &boxes[1]) {
         return None;
     }
@@ -187,7 +187,7 @@ struct Search<'s> {
     /// What rounding may change a value by, scaled.
     margin: f64,
     best: Option<Best>,
-    frame: NearFrame,
+    frames: [NearFrame; 2],
     /// The least proof of a pair of triangles whose value could not be proven within the margin; infinite when there was none.
     weakest: f64,
     /// What is proven farther than this, scaled, is left out; the same squared for boxes in the frame, and the same for corners there, and
@@ -203,13 +203,18 @@ impl<'s> Search<'s> {
     fn new(
         a: (&'s Object, &'s Rows),
         b: (&'s Object, &'s Rows),
-        both: GlobalBox,
+        boxes: &[GlobalBox; 2],
         settings: DistanceSettings,
         memory: &'s mut Memory,
     ) -> Search<'s> {
+        let both = boxes[0].joined(&boxes[1]);
         let scale = scale_of(&both);
         let sides = if scale < 1.0 { both.max * scale - both.min * scale } else { (both.max - both.min) * scale };
         memory.bounds.start(placed(a), placed(b), scale);
+        let frames = match memory.bounds.afar {
+            Some(afar) => NearFrame::from_afar(afar, boxes[0].min, scale),
+            None => [NearFrame::of_world(both.min, scale); 2],
+        };
         memory.compared.forget();
         memory.triangles.iter_mut().zip([a, b]).for_each(|(triangles, (object, _))| triangles.start(object));
         let mut search = Search {
@@ -219,7 +224,7 @@ impl<'s> Search<'s> {
             sides: sides.element_sum(),
             margin: sides.element_sum() * ERROR,
             best: None,
-            frame: NearFrame::of_world(both.min, scale),
+            frames,
             weakest: f64::INFINITY,
             limit: 0.0,
             near_limit: 0.0,
@@ -247,14 +252,21 @@ impl<'s> Search<'s> {
     /// After the best value has changed.
     fn set_limit(&mut self) {
         /// More than the rounding to f32.
-        const WIDEN: f32 = 1.0 + 4.0 * f32::EPSILON;
+        const WIDEN: f64 = 4.0 * f32::EPSILON as f64;
         let DistanceSettings { up_to, relative_tolerance } = self.settings;
         let value = self.best.map(|best| best.nearest.value).filter(|&value| value <= up_to);
         let wanted = value.map_or(up_to, |value| value * (1.0 - relative_tolerance));
         self.limit = wanted * self.scale + self.margin;
-        self.near_limit = NearFrame::square_of(self.limit + self.margin, self.sides);
-        self.corner_limit = near_corners::limit_of(self.limit + self.margin, self.sides);
-        self.cell_limit = (self.limit + self.memory.bounds.noise) as f32 * WIDEN + f32::MIN_POSITIVE;
+        let CellBounds { noise, afar, .. } = self.memory.bounds;
+        let near = self.limit + self.margin;
+        // From afar a point may seem nearer than any is, by the noise.
+        let (near, sides) = afar.map_or((near, self.sides), |Afar { from, reach, .. }| {
+            ((near + noise - from).max(2.0 * noise), 4.0 * reach)
+        });
+        self.near_limit = NearFrame::square_of(near, sides);
+        self.corner_limit = near_corners::limit_of(near, sides);
+        let beyond = self.limit + noise - self.memory.bounds.from();
+        self.cell_limit = (beyond + beyond.abs() * WIDEN) as f32 + f32::MIN_POSITIVE;
     }
 
     /// Which cell to cut; `None` when neither can be, or need be.
@@ -333,8 +345,8 @@ impl<'s> Search<'s> {
     #[inline(always)]
     fn compare(&mut self, open: &Open) {
         let [a, b] = &mut self.memory.triangles;
-        let first = a.look_at(&open.cells[0], self.bodies[0], &self.frame);
-        let second = b.look_at(&open.cells[1], self.bodies[1], &self.frame);
+        let first = a.look_at(&open.cells[0], self.bodies[0], &self.frames[0]);
+        let second = b.look_at(&open.cells[1], self.bodies[1], &self.frames[1]);
         if first.gap(&second) > self.near_limit {
             return;
         }
@@ -398,8 +410,8 @@ impl<'s> Search<'s> {
         let offered = Best { nearest, polygons, triangles };
         if self.best.is_none_or(|best| offered.key() < best.key()) {
             self.best = Some(offered);
-            if nearest.value > 0.0 {
-                self.frame.follow(nearest.direction, nearest.on_p);
+            if nearest.value > 0.0 && self.memory.bounds.afar.is_none() {
+                self.frames.iter_mut().for_each(|frame| frame.follow(nearest.direction, nearest.on_p));
             }
             self.set_limit();
         }

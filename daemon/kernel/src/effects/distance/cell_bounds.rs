@@ -20,6 +20,13 @@
 //! sides; a slanted shape reaches at most 3R from the centre of its cell), c is within 8u·(D + 3R) of its place and the gᵢ are within
 //! 4u·3R. The products f·c and f·gᵢ and their sum pass 11 roundings, |f| and the quotient 4: in all less than 120u·(D + R), of
 //! which [`F32_ROUNDING`] is more. Where f is so short that its square underflows, it is divided by something longer than |f|.
+//!
+//! # Bodies far apart for their size
+//! Beside a distance of many times what the bodies reach, these f32 roundings are larger than what one cell is nearer than another. There f is
+//! the direction d between the middles for all cells: it differs from the best one by an angle of reach/distance at most, so a bound is
+//! below the distance by reach²/(2·distance) more. And what lies between two cells is counted from a distance s along d
+//! on, less than that of any two points: the difference is taken in f64, and D and R above are of the size of the bodies. What f64
+//! rounds in d, s and the difference is less than 16·2^-53 of the 1-norm of what is between the middles; [`FAR_SLACK`] is twice as much.
 
 use glam::{DVec3, Mat4, Vec4};
 
@@ -33,6 +40,10 @@ const SLACK: f64 = 64.0 * (f64::EPSILON / 2.0);
 const F32_ROUNDING: f32 = 1.0 / (1 << 17) as f32;
 /// 2^-30.
 const UNIT: f64 = 1.0 / (1u64 << MAX_ORDER) as f64;
+
+const FAR_SLACK: f64 = 32.0 * (f64::EPSILON / 2.0);
+/// Bodies are far apart when their middles are so many times what they reach: from about there on the search is faster so.
+const FAR: f64 = 64.0;
 
 /// The square of this is far above what underflows.
 const SHORTEST: f32 = 1e-15;
@@ -63,6 +74,19 @@ pub(super) struct CellBounds {
     between: DVec3,
     /// What rounding may take from a distance.
     pub noise: f64,
+    /// How bodies far apart are looked at.
+    pub afar: Option<Afar>,
+}
+
+/// Where bodies are far apart, what matters is how far their points reach along one direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Afar {
+    /// From the one body to the other, of length 1.
+    pub direction: DVec3,
+    /// Bounds are counted from this distance on, which is no more than that of any two points, but for the noise.
+    pub from: f64,
+    /// What both bodies reach from their middles, in sum.
+    pub reach: f64,
 }
 
 /// A vector in each lane.
@@ -107,6 +131,8 @@ pub(super) struct PartsSeen<'b> {
     beside: [Vectors; 3],
     /// 1 over their squares.
     inverse: [Vec4; 3],
+    /// Of bodies far apart: the direction of all bounds.
+    direction: Option<Vectors>,
     rounding: f32,
 }
 
@@ -124,6 +150,26 @@ impl CellBounds {
         for (side, placed) in self.sides.iter_mut().zip([a, b]) {
             side.start(placed, scale, self.noise);
         }
+        self.look_from_afar();
+    }
+
+    fn look_from_afar(&mut self) {
+        let length = self.between.length();
+        let reach = self.sides.iter().map(|side| f64::from(side.reach[0])).sum();
+        self.afar = (length > FAR * reach).then(|| {
+            let direction = self.between / length;
+            let along = |side: &Side| side.steps.map(|step| direction.dot(step).abs()).iter().sum::<f64>() / UNIT;
+            let from = direction.dot(self.between) - self.sides.iter().map(along).sum::<f64>();
+            Afar { direction, from, reach }
+        });
+        if self.afar.is_some() {
+            self.noise += self.between.abs().element_sum() * FAR_SLACK;
+        }
+    }
+
+    /// The distance that bounds are counted from.
+    pub fn from(&self) -> f64 {
+        self.afar.map_or(0.0, |afar| afar.from)
     }
 
     /// Whether the descent ends at this cell of `which`.
@@ -148,6 +194,9 @@ impl CellBounds {
             let [a, b] = [0, 1].map(|body: usize| f64::from(cells[body].centre[axis]));
             between += second.steps[axis] * b - first.steps[axis] * a;
         }
+        if let Some(Afar { direction, from, .. }) = self.afar {
+            between -= direction * from;
+        }
         let between = between.as_vec3().extend(0.0);
         let (side, other) = (&self.sides[split as usize], &self.sides[split.other() as usize]);
         let sign = if split == Which::Second { 1.0 } else { -1.0 };
@@ -165,6 +214,7 @@ impl CellBounds {
             base: between - centre * sign,
             beside: [Vectors::all(first), Vectors::all(second), Vectors::all(third)],
             inverse: [inverse(first), inverse(second), inverse(third)],
+            direction: self.afar.map(|afar| Vectors::all(afar.direction.as_vec3().extend(0.0))),
             rounding: (between.abs().element_sum() + reach) * F32_ROUNDING,
         }
     }
@@ -193,23 +243,32 @@ impl PartsSeen<'_> {
         lanes.halves[2][lane] = third;
     }
 
-    /// How far apart the parts in the lanes are at least.
+    /// How far apart the parts in the lanes are at least, from [`CellBounds::from`] on.
     #[inline(always)]
     pub fn bounds(&self, lanes: &Lanes) -> [f32; LANES] {
         let centre = Vectors::each(&lanes.centres);
         let [i, j, k] = &lanes.halves;
         let (i, j, k) = (Vectors::each(i), Vectors::each(j), Vectors::each(k));
         let [p, q, r] = &self.beside;
+        let rest = self.direction.unwrap_or_else(|| self.rest(centre, [&i, &j, &k]));
+        let gap = rest.dot(&centre) - rest.dot(p).abs() - rest.dot(q).abs() - rest.dot(r).abs();
+        let gap = gap - rest.dot(&i).abs() - rest.dot(&j).abs() - rest.dot(&k).abs();
+        (gap / rest.dot(&rest).sqrt().max(Vec4::splat(SHORTEST)) - self.rounding).to_array()
+    }
+}
+
+impl PartsSeen<'_> {
+    /// What is left of what lies between the centres when each half side has taken off what it can.
+    #[inline(always)]
+    fn rest(&self, centre: Vectors, halves: [&Vectors; 3]) -> Vectors {
         let mut rest = centre;
         for (side, inverse) in self.beside.iter().zip(&self.inverse) {
             take(&mut rest, side, *inverse);
         }
-        for side in [&i, &j, &k] {
+        for side in halves {
             take(&mut rest, side, Vec4::ONE / (side.dot(side) + Vec4::splat(f32::MIN_POSITIVE)));
         }
-        let gap = rest.dot(&centre) - rest.dot(p).abs() - rest.dot(q).abs() - rest.dot(r).abs();
-        let gap = gap - rest.dot(&i).abs() - rest.dot(&j).abs() - rest.dot(&k).abs();
-        (gap / rest.dot(&rest).sqrt().max(Vec4::splat(SHORTEST)) - self.rounding).to_array()
+        rest
     }
 }
 
@@ -353,7 +412,7 @@ mod tests {
                     let pairs = own.iter().flat_map(|&p| near.iter().map(move |&q| (p, q)));
                     let distances = pairs.map(|(p, q)| ((world[one][p] - world[other][q]) * scale).length());
                     let distance = distances.fold(f64::INFINITY, f64::min);
-                    let bound = f64::from(least[0]);
+                    let bound = bounds.from() + f64::from(least[0]);
                     assert!(
                         bound.is_nan() || bound <= distance + bounds.noise,
                         "{bound} {distance} {maps:?} {ranks:?}"
@@ -368,6 +427,13 @@ mod tests {
     }
 
     const TURNED: Rows = [[0.36, 0.48, -0.8, 0.3], [-0.8, 0.6, 0.0, 4.0], [0.48, 0.64, 0.6, 1.0]];
+
+    /// So far from another one that stands there.
+    fn away(distance: f64, from_origin: f64) -> Rows {
+        let mut rows = TURNED;
+        rows.iter_mut().zip([0.6, -0.5, 0.62]).for_each(|(row, along)| row[3] = from_origin + distance * along);
+        rows
+    }
 
     #[test]
     fn no_bound_exceeds_the_distance_of_points_in_the_cells() {
@@ -386,6 +452,11 @@ mod tests {
             [scaled(still, 1e150), scaled(TURNED, 1e150)],
             [scaled(still, 1e-250), scaled(TURNED, 1e-250)],
             [scaled(still, 1e-12), TURNED],
+            // Far apart, and far from the origin as well.
+            [still, away(1e4, 0.0)],
+            [still, away(1e7, 0.0)],
+            [scaled(still, 1e-3), away(1e12, 0.0)],
+            [away(1.0, 1e10), away(1e4, 1e10)],
         ];
         for maps in maps {
             for ranks in [[0, 0], [1, 0], [2, 1], [1, 2]] {
@@ -399,5 +470,29 @@ mod tests {
     fn most_bounds_of_small_cells_are_tight() {
         let tight = check([crate::affine::IDENTITY, TURNED], [2, 2], Which::First);
         assert!(tight > 0.9, "{tight}");
+    }
+
+    #[test]
+    fn bounds_of_bodies_far_apart_tell_their_cells_apart() {
+        let objects = [object(12), object(9)];
+        for distance in [3e3, 1e6, 1e9] {
+            let maps = [crate::affine::IDENTITY, away(distance, 0.0)];
+            let placed = [0, 1].map(|i| super::super::placed((&objects[i], &maps[i])));
+            let scale = 2f64.powi(-distance.log2().floor() as i32);
+            let mut bounds = CellBounds::default();
+            bounds.start(placed[0], placed[1], scale);
+            let containers = [0, 1].map(|i| Cell::container(&objects[i]));
+            let seen = bounds.parts(Which::First, &containers, objects[1].shapes().of(0));
+            let bound = |(part, number): (Cell, u32)| {
+                let mut lanes = Lanes::default();
+                seen.put(&mut lanes, 0, part.centre, objects[0].shapes().of(number));
+                f64::from(seen.bounds(&lanes)[0]) / scale
+            };
+            let mut least: Vec<f64> = parts(&objects[0], &containers[0]).into_iter().map(bound).collect();
+            least.sort_by(f64::total_cmp);
+            let (nearest, farthest) = (least[0], least[least.len() - 1]);
+            // Of a body 3 long.
+            assert!(nearest > -0.01 && farthest - nearest > 0.5 && farthest < 9.0, "{distance}: {least:?}");
+        }
     }
 }

@@ -5,6 +5,7 @@
 
 use glam::{DVec3, Vec4};
 
+use super::cell_bounds::Afar;
 use super::near_corners::NearCorners;
 use crate::affine::Rows;
 use crate::cells::Cell;
@@ -20,6 +21,8 @@ pub(super) struct NearFrame {
     axes: [DVec3; 3],
     origin: DVec3,
     scale: f64,
+    /// What the third coordinate is counted from.
+    from: f64,
     /// Boxes made in another frame are made anew.
     generation: u32,
 }
@@ -27,7 +30,14 @@ pub(super) struct NearFrame {
 impl NearFrame {
     /// The world's axes, before any direction is known.
     pub fn of_world(origin: DVec3, scale: f64) -> NearFrame {
-        NearFrame { axes: DVec3::AXES, origin, scale, generation: 0 }
+        NearFrame { axes: DVec3::AXES, origin, scale, from: 0.0, generation: 0 }
+    }
+
+    /// Frames of two bodies far apart, the origin at the first one: only how far their points reach along the direction is seen, of the
+    /// second body from a distance on.
+    pub fn from_afar(Afar { direction, from, .. }: Afar, origin: DVec3, scale: f64) -> [NearFrame; 2] {
+        let axes = [DVec3::ZERO, DVec3::ZERO, direction];
+        [0.0, from].map(|from| NearFrame { axes, origin, scale, from, generation: 0 })
     }
 
     /// Turns to a new direction of length 1, when it differs enough to be worth it.
@@ -65,8 +75,8 @@ impl NearFrame {
         } else {
             (point - self.origin) * self.scale
         };
-        let [x, y, z] = self.axes.map(|axis| axis.dot(point) as f32);
-        Vec4::new(x, y, z, 0.0)
+        let [x, y, z] = self.axes.map(|axis| axis.dot(point));
+        Vec4::new(x as f32, y as f32, (z - self.from) as f32, 0.0)
     }
 }
 
