@@ -2,8 +2,8 @@
 //!
 //! The system puts a thread that is woken where the one runs that has woken it, because that one, as a rule, sleeps next. Client and
 //! daemon rather stay awake for short steps, and the system leaves the two on one processor as long as neither sleeps, others idle or
-//! not: each looks in vain until it lets the other go first, and a step of 3 µs takes 30 (benchmark `shared_memory`), one with a budget
-//! of 50 µs takes 100 (benchmark `budgets`). So a client says with each step where it runs.
+//! not: each looks in vain until it lets the other go first, and a step of 3 µs takes 30 (benchmark `shared_memory`). So a
+//! client says with each step where it runs.
 
 use collided_client::transport;
 use rustix::io;

@@ -14,11 +14,7 @@ const LARGE: usize = 4096;
 
 /// Writes words into memory that was loaned; zeros follow the content.
 pub fn fill(memory: &mut [MaybeUninit<Word>], content: impl Iterator<Item = Word>) {
-    if memory.len() < LARGE {
-        return write_all(memory, content, write);
-    }
-    write_all(memory, content, past_caches::write);
-    past_caches::fence();
+    if memory.len() < LARGE { write_all(memory, content, write) } else { past_caches::write_all(memory, content) }
 }
 
 /// Writes so many words into memory that was loaned for them.
@@ -27,11 +23,7 @@ pub fn fill(memory: &mut [MaybeUninit<Word>], content: impl Iterator<Item = Word
 /// When the memory is not of as many words.
 pub fn copy(memory: &mut [MaybeUninit<Word>], words: &[Word]) {
     assert_eq!(memory.len(), words.len(), "memory is loaned for the words");
-    if memory.len() < LARGE {
-        return copy_all(memory, words);
-    }
-    past_caches::copy_all(memory, words);
-    past_caches::fence();
+    if memory.len() < LARGE { copy_all(memory, words) } else { past_caches::copy_all(memory, words) }
 }
 
 fn write_all(
@@ -63,9 +55,12 @@ fn copy_all(memory: &mut [MaybeUninit<Word>], words: &[Word]) {
 
 #[cfg(not(target_arch = "x86_64"))]
 mod past_caches {
-    pub(super) use super::{copy_all, write};
+    pub(super) use super::copy_all;
+    use super::{MaybeUninit, Word};
 
-    pub(super) fn fence() {}
+    pub(super) fn write_all(memory: &mut [MaybeUninit<Word>], content: impl Iterator<Item = Word>) {
+        super::write_all(memory, content, super::write);
+    }
 }
 
 /// Every x86-64 processor has the instructions that are used here.
@@ -75,13 +70,15 @@ mod past_caches {
 
     use super::{MaybeUninit, Word};
 
-    /// Writes a word. Before the memory is used, [`fence`] is called.
-    pub(super) fn write(place: &mut MaybeUninit<Word>, word: Word) {
-        // SAFETY: the place is exclusively ours, and `fence` follows.
-        unsafe { _mm_stream_si64(place.as_mut_ptr().cast(), word.cast_signed()) };
+    pub(super) fn write_all(memory: &mut [MaybeUninit<Word>], content: impl Iterator<Item = Word>) {
+        super::write_all(memory, content, |place, word| {
+            // SAFETY: the place is exclusively ours, and `fence` follows.
+            unsafe { _mm_stream_si64(place.as_mut_ptr().cast(), word.cast_signed()) };
+        });
+        fence();
     }
 
-    /// Writes as many words, by twos. Before the memory is used, [`fence`] is called.
+    /// By twos.
     pub(super) fn copy_all(memory: &mut [MaybeUninit<Word>], words: &[Word]) {
         // SAFETY: what may be uninitialised is valid as twos that may be.
         let (head, twos, tail) = unsafe { memory.align_to_mut::<MaybeUninit<__m128i>>() };
@@ -93,10 +90,11 @@ mod past_caches {
             unsafe { _mm_stream_si128(place.as_mut_ptr(), _mm_loadu_si128(two.as_ptr().cast())) };
         }
         super::copy_all(tail, rest);
+        fence();
     }
 
     /// What was written here is there for others before what is written from now on.
-    pub(super) fn fence() {
+    fn fence() {
         // SAFETY: it asks nothing.
         unsafe { _mm_sfence() };
     }

@@ -12,7 +12,7 @@ use crate::cells::Cell;
 use crate::object::Object;
 use crate::polygon_pairs::WorldTriangle;
 
-/// Three axes at right angles, from an origin; coordinates are scaled by a power of two.
+/// Three axes at right angles, from an origin; coordinates are scaled by a power of two. From afar the first two are zero.
 ///
 /// In f64 a coordinate errs by less than 8·2^-53 of the 1-norm of the position relative to the origin, and the axes are of length 1 and at
 /// right angles up to a few roundings of 2^-53. [`NearFrame::square_of`] covers that and what f32 rounds.
